@@ -44,7 +44,7 @@ def _picture(page: str, argument: str, body: str) -> str:
     """Return the figure of a file that the page's commands make; the body is what it shows."""
     file, _, number = argument.partition(" page ")
     wanted = file, int(number or 0)
-    made = run_page(page).pictures[wanted]
+    made = run_page(page, pictures_alone=True).pictures[wanted]
     folder = PICTURES / page.removesuffix(".md").replace("/", "-")
     folder.mkdir(parents=True, exist_ok=True)
     place = folder / picture_name(*wanted)

@@ -47,8 +47,13 @@ class PageRun:
     """(file, page) to the picture."""
 
 
-def run_page(page: str) -> PageRun:
+def run_page(page: str, pictures_alone: bool = False) -> PageRun:
     """Return what the commands of a page print and draw; they run only where no run of them is kept.
+
+    Parameters
+    ----------
+    page : its name relative to docs/.
+    pictures_alone : whether only what the page draws is wanted: blocks after its last picture then do not run.
 
     Raises
     ------
@@ -62,10 +67,12 @@ def run_page(page: str) -> PageRun:
     key = _key(page)
     with _locked(folder):
         record = folder / "printed.json"
-        if not record.exists() or json.loads(record.read_text(encoding="utf-8"))["key"] != key:
+        kept = json.loads(record.read_text(encoding="utf-8")) if record.exists() else {}
+        if kept.get("key") != key or not (pictures_alone or kept.get("whole")):
             record.unlink(missing_ok=True)
-            printed = _run(page, folder)
-            record.write_text(json.dumps({"key": key, "printed": printed}), encoding="utf-8")
+            printed = _run(page, folder, pictures_alone)
+            is_whole = all(block.line in printed for block in blocks_of(page) if block.tag == "run")
+            record.write_text(json.dumps({"key": key, "printed": printed, "whole": is_whole}), encoding="utf-8")
         stored = json.loads(record.read_text(encoding="utf-8"))["printed"]
     pictures = {wanted: folder / picture_name(*wanted) for wanted in pictures_of(page)}
     return PageRun({int(line): text for line, text in stored.items()}, pictures)
@@ -98,14 +105,16 @@ def picture_name(file: str, page: int) -> str:
     return f"{stem}-page{page}.png" if page else f"{stem}.{ending}"
 
 
-def _run(page: str, kept: Path) -> dict[int, str]:
-    """Run all blocks of a page in order, in one folder; keep its pictures in `kept`."""
+def _run(page: str, kept: Path, pictures_alone: bool) -> dict[int, str]:
+    """Run the blocks of a page in order, in one folder, all or until its pictures are there; keep these in `kept`."""
     printed: dict[int, str] = {}
     with tempfile.TemporaryDirectory() as name:
         folder = Path(name)
         shutil.copytree(ROOT / "campaigns", folder / "campaigns", ignore=MADE_BY_STIFFCAL)
         printed |= _run_cells([block for block in blocks_of(page) if is_cell(block)], folder)
         for block in blocks_of(page):
+            if pictures_alone and all((folder / file).is_file() for file, _ in pictures_of(page)):
+                break
             if block.tag == "run" and not is_cell(block):
                 printed[block.line] = _run_block(block, folder)
             elif block.tag == "file":

@@ -9,8 +9,8 @@ from stiffcal.wording import significant
 if TYPE_CHECKING:
     from stiffcal.arrays import Floats
 
-HEIGHT = 9
-"""Lines of the picture itself: with title and axis a dozen, so that an answer stays on a screen."""
+HEIGHT = 6
+"""Lines of the picture itself: with title and axis nine, so that an answer stays on a screen."""
 WIDTH = 64
 """Columns of the picture itself: with the numbers left of it within 80."""
 _ACROSS, _DOWN = 2, 4

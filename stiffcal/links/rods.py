@@ -315,7 +315,7 @@ def _torsion(rods: Rods, shape: BeamProperties, design: RodDesign, lengths: Floa
             "warping_decay_m with the warping at the ends of the rods"
         )
     else:
-        cause = f"{len(rods.names)} rods carry {', '.join(design.names)}, but not the twist"
+        cause = f"{len(rods.names)} rods determine {', '.join(design.names)}, but not the twist"
     return Torsion(False, bound, cause)
 
 

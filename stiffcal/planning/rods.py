@@ -173,7 +173,7 @@ def _observable(view: RodObservability) -> tuple[str, ...]:
     carried = ", ".join(view.carried) or "nothing"
     determined_text, condition = ", ".join(determined), significant(view.condition)
     return (
-        f"{len(view.rods)} rods on {view.link} carry {carried}; {check}; condition number {condition}",
+        f"{len(view.rods)} rods on {view.link} determine {carried}; {check}; condition number {condition}",
         f"with rods of {size} the end of {view.link} has an uncertainty of {determined_text} in one state (± 95 %)",
     )
 

@@ -20,25 +20,26 @@ from stiffcal.report.blocks import (
     TableColumn,
 )
 from stiffcal.report.figures.panels import draw_panels
+from stiffcal.report.wording import capital
 
 
 def section_of(page: values.Page) -> ReportSection | LeftOut:
     """Return a page as a section; where it has nothing to show, the reason."""
     if not page.blocks:
         return LeftOut(page.title, page.why_empty)
-    then = () if page.next_step is None else (Paragraph(page.next_step.text),)
+    then = () if page.next_step is None else (Paragraph(capital(page.next_step.text)),)
     return ReportSection(page.title, (*map(block_of, page.blocks), *then))
 
 
 def block_of(block: values.Block) -> Block:
-    """Return a block as the report sets it."""
+    """Return a block as the report sets it: a sentence, a point and a heading begin with a capital letter."""
     match block:
         case values.Sentence():
-            return Paragraph(text_of(block.words), "key" if block.is_verdict else "plain")
+            return Paragraph(capital(text_of(block.words)), "key" if block.is_verdict else "plain")
         case values.Listing():
-            return Items(tuple(text_of(sentence.words) for sentence in block.sentences))
+            return Items(tuple(capital(text_of(sentence.words)) for sentence in block.sentences))
         case values.Subheading():
-            return SubheadingBlock(block.text)
+            return SubheadingBlock(capital(block.text))
         case values.Table():
             return table_of(block, block.caption)
         case values.Bars():

@@ -59,8 +59,8 @@ def _offset(zero: StatedZero, link: StatedLink) -> str:
 def convention_in_words(found: GeometryFound) -> str:
     """Return how the rows are to be read."""
     return (
-        f"geometry as rows of {CONVENTIONS[found.convention]}, ± 95 %, with β where axes are nearly parallel; a "
-        "value without ± is a convention, to be used with the other values"
+        f"geometry as rows of {CONVENTIONS[found.convention]}, ± 95 %; a value without ± is a convention, valid with "
+        "the others"
     )
 
 
@@ -107,8 +107,9 @@ def _choices(found: GeometryFound) -> Iterator[str]:
             by_cause.setdefault(listing(causes), []).append(name)
         elif causes:
             together.append(name)
-    for cause, names in by_cause.items():
-        yield f"these poses do not separate {listing(names)} from {cause}"
+    if by_cause:
+        pairs = "; ".join(f"{listing(names)} from {cause}" for cause, names in by_cause.items())
+        yield f"these poses do not separate {pairs}"
     if together:
         yield f"these poses do not separate {listing(together)} from each other: measure more poses"
 

@@ -7,6 +7,16 @@ from collections.abc import Sequence
 from stiffcal.model.summary import EffectInModel, ModelSummary
 from stiffcal.wording import place
 
+STEPS = {
+    "nominal": "nominal robot",
+    "frames": "+ frames",
+    "offsets": "+ joint offsets",
+    "geometry": "+ geometry",
+    "springs": "+ joint-compliance",
+    "model": "+ other effects",
+}
+"""Steps of the ladder from the nominal robot to the present model, as they are printed."""
+
 
 def _effect(entry: EffectInModel) -> str:
     where = dict(entry.where.items())

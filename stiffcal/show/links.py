@@ -25,7 +25,7 @@ def add_links(made: PageBuilder, links: list[LinkResult]) -> None:
             if tool_share is None
             else f"; {share(tool_share)} of the tool's deflection comes from the link{without_twist}"
         )
-        made.say(f"{link.link}: {len(link.rods)} rods carry {', '.join(link.carried)}{of_tool}", "links")
+        made.say(f"{link.link}: {len(link.rods)} rods determine {', '.join(link.carried)}{of_tool}", "links")
         as_beam = " (as a beam)" if link.compliance_structure == "beam" else ""
         rows = []
         lowest, highest = link.compliance_interval

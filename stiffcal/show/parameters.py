@@ -19,6 +19,7 @@ if TYPE_CHECKING:
 
 
 MOST_VALUES = 20
+MOST_COMPLIANCES = 12
 """Rows of a table of values without details."""
 
 
@@ -120,20 +121,26 @@ def add_parameters(
     parameters : of a fit.
     unclaimed : joints whose compliance has a value and is not identified by these poses, as ``validate`` states.
     shifted : names of values that adding what the model lacks moves beyond their intervals, as ``diagnose`` states.
-    most : values that are listed next to stiffness; None: all.
+    most : values that are listed next to stiffness, and of that `MOST_COMPLIANCES`, first those that are known; None:
+        all.
     """
     estimates = {one.name: as_shown(one, unclaimed, shifted) for one in parameters}
     units = Units((estimate.quantity, [estimate.value]) for estimate in estimates.values() if estimate.quantity)
     # The column on geometry only where a share is known.
     shared = any(parameter.from_geometry is not None for parameter in parameters)
-    from_geometry = (number("share of geometry"),) if shared else ()
+    from_geometry = (number("share of geometry", is_secondary=True),) if shared else ()
     for of_compliances, titles in (
         (True, ("effect", "place", number("stiffness, ± 95 %"))),
         (False, ("parameter", "place", number("value, ± 95 %"))),
     ):
         members = [parameter for parameter in parameters if parameter.is_compliance == of_compliances]
         # a line that says one more takes the room of that one
-        shown = members if of_compliances or most is None or len(members) <= most + 1 else members[:most]
+        limit = len(members) if most is None else MOST_COMPLIANCES if of_compliances else most
+        shown = members
+        if len(members) > limit + 1:
+            known_first = sorted(members, key=lambda one: not estimates[one.name].is_identifiable)
+            chosen = {one.name for one in known_first[:limit]}
+            shown = [one for one in members if one.name in chosen]
         rows = []
         for parameter in shown:
             estimate = estimates[parameter.name]

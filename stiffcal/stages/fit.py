@@ -35,6 +35,7 @@ CONFIRMED = ("model", "fit_rms", "noise", "loss", "model_text")
 
 if TYPE_CHECKING:
     from stiffcal.identification.fitting.fit import Fit
+    from stiffcal.model.assembled.composite import CompliantRobot
     from stiffcal.store.store_place import Documents, Stored
 
 
@@ -64,8 +65,28 @@ def current_fit(data: Ingested, loss: str) -> IdentifyResult | None:
     return stored if stored is not None and stored.key == key_of_fit(data, loss) else None
 
 
-def fit_now(data: Ingested, loss: str, context: RunContext) -> Fit | None:
+def fit_again(data: Ingested, identified: IdentifyResult, context: RunContext) -> Fit | None:
+    """Make the stored fit again, for what it holds beyond its answer; None where the campaign holds no load states.
+
+    It starts at the stored values and ends there, within what convergence leaves open.
+
+    Parameters
+    ----------
+    data : the campaign. identified : the present fit, as it is stored. context : progress and so on.
+    """
+    from stiffcal.model.catalogue.campaign_effects import placed_robot
+
+    robot = placed_robot(data.campaign).with_values(identified.robot_values())
+    return fit_now(data, identified.loss, context, robot)
+
+
+def fit_now(data: Ingested, loss: str, context: RunContext, start: CompliantRobot | None = None) -> Fit | None:
     """Fit the load states, without looking at the store; None where the campaign holds other experiments alone.
+
+    Parameters
+    ----------
+    data : the campaign. loss : of the residuals. context : progress and so on.
+    start : the robot with the values from which the fit starts; None: those of the model file and of its kinds.
 
     Raises
     ------
@@ -97,7 +118,7 @@ def fit_now(data: Ingested, loss: str, context: RunContext) -> Fit | None:
         raise InputError.at(FaultCode.STATES_MISSING, "campaign.toml", "runs", reason, mend)
     raise_faults(check_displacement_measured(data.states))  # a store of an earlier version may hold none
     settings = Settings(loss=loss, fixed=fixed_parameters(campaign.model))
-    return identify_parameters(data.states, robot_to_fit(data), settings, context.progress)
+    return identify_parameters(data.states, start or robot_to_fit(data), settings, context.progress)
 
 
 def store_fit(data: Ingested, fit: Fit | None, loss: Loss) -> IdentifyResult:

@@ -56,7 +56,7 @@ _REASONS: dict[JointVerdict, str] = {
     "not-above-zero": "its compliance is less than two standard deviations above zero",
     "error-not-lower": "the error in held-out regions does not decrease with it",
     "like-eccentricity": "eccentricities of joints explain the same places",
-    "differs-by-region": "its compliance depends too much on which region of the poses it is estimated from",
+    "differs-by-region": "the compliance depends too much on the region of the poses from which it is estimated",
 }
 
 

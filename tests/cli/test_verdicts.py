@@ -114,7 +114,7 @@ def test_a_missing_effect_is_printed_with_its_refitted_values(at_bound: bool, wi
     )  # fmt: skip
     with StringIO() as text:
         made = PageBuilder("")
-        add_missing(made, result, missing, details=False)
+        add_missing(made, result, missing, details=True)
         draw_blocks(AnswerConsole(file=text, width=120), made.page().blocks)
         assert text.getvalue() == (
             "\nmissing: backlash (joint 4): 99.0 %, certain\n"

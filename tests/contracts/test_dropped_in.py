@@ -474,7 +474,7 @@ def test_the_report_and_plot_draw_what_a_new_kind_returns(
     text = re.sub(r"\s+", " ", " ".join(page.extract_text() for page in PdfReader(output).pages))
     assert "Height of a plate of medium six-axis" in text
     assert "Touched plate" in text
-    assert "the granite plate stands at 0.7499 m" in text
+    assert "The granite plate stands at 0.7499 m" in text
     assert "touch2 750.300" in text
 
 
@@ -652,7 +652,7 @@ def test_effects_are_searched_in_rows_of_a_new_kind(
     (missing,) = diagnosis["missing"]
     assert (missing["effect"], missing["where"]) == ("torque-ripple", {"joints": [1]})
     text = re.sub(r"\s+", " ", " ".join(page.extract_text() for page in PdfReader(folder / "report.pdf").pages))
-    assert "the joint was turned 8 times" in text
+    assert "The joint was turned 8 times" in text
     assert "torque-ripple" in text
 
 

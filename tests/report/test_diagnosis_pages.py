@@ -161,7 +161,7 @@ def test_evidence_without_a_state_that_it_can_be_read_of_has_no_picture() -> Non
 def test_answer_and_look_alikes() -> None:
     text = words(diagnosis.section(content()))
     assert text.startswith("Missing: backlash of joint 4")
-    assert "missing: backlash (joint 4): 99.0 % that it or one of those below is, 69 % that it is, not certain" in text
+    assert "Missing: backlash (joint 4): 99.0 % that it or one of those below is, 69 % that it is, not certain" in text
     assert "friction-hysteresis (joint 4) 30 %" in text
 
 
@@ -177,7 +177,7 @@ def test_none_of_these_says_what_the_remainder_follows() -> None:
     text = words(made)
     assert "No effect is named" in text
     assert "listed below" in text
-    assert "the joint angles (97.0 % of it): another factor from pose to pose" in text
+    assert "The joint angles (97.0 % of it): another factor from pose to pose" in text
 
 
 LAW = UnknownLaw(
@@ -199,7 +199,7 @@ def test_a_law_of_its_own_is_drawn_as_its_curve() -> None:
 def test_the_load_that_decides_is_stated_where_nothing_is_found() -> None:
     size = ExcludedSizeAt(where=Where(joints=[3]), of="joint 3", size_m=1e-4, effect="creep", deciding_force_N=640.0)
     text = words(diagnosis.section(content(adequate=True, missing=[], excluded_sizes=[size])))
-    assert "joint 3 640 N" in text
+    assert "640 N (joint 3)" in text
     small = replace(size, deciding_force_N=None)
     assert "640" not in words(diagnosis.section(content(adequate=True, missing=[], excluded_sizes=[small])))
 

@@ -14,7 +14,7 @@ from stiffcal.report.gathering import plot_of_fit
 from stiffcal.report.gathering.plot_of_fit import picture_of_fit, pictures_of_fit, residuals_in_noises, statistics_page
 from stiffcal.report.kept_pictures import KeptPictures
 from stiffcal.report.pictures_of_fit import PictureOfFit
-from stiffcal.stages.fit import fit_now, up_to_date_fit_at_hand
+from stiffcal.stages.fit import fit_again, fit_now, up_to_date_fit_at_hand
 from stiffcal.stages.steps import RunContext, up_to_date_states
 from tests.laboratory.simulated_states import medium_robot, played
 
@@ -58,8 +58,21 @@ def test_a_fit_that_was_made_now_is_not_made_again(campaign: Path, monkeypatch: 
     data = up_to_date_states(campaign, context)
     identified = up_to_date_fit_at_hand(data, context)[0]
     fit = fit_now(data, identified.loss, context)
-    monkeypatch.setattr(plot_of_fit, "fit_now", None)
+    monkeypatch.setattr(plot_of_fit, "fit_again", None)
     assert pictures_of_fit(data, identified, context, fit)["normal"]().panels[0].series
+
+
+def test_a_fit_that_is_made_again_starts_where_it_ended(campaign: Path) -> None:
+    context = RunContext()
+    data = up_to_date_states(campaign, context)
+    identified = up_to_date_fit_at_hand(data, context)[0]
+    again = fit_again(data, identified, context)
+    assert again is not None
+    spread = np.sqrt(np.diag(again.covariance))
+    ends = {one.name: one.value for one in again.parameters}
+    for one, std in zip(identified.parameters, spread, strict=True):
+        # a fit ends where a step is a hundredth of a standard uncertainty
+        assert ends[one.name] == pytest.approx(one.value, abs=0.02 * std)
 
 
 def test_the_statistics_of_a_fit_are_a_page_of_pictures(campaign: Path, monkeypatch: pytest.MonkeyPatch) -> None:

@@ -13,7 +13,9 @@ from pypdf.generic import ArrayObject, DictionaryObject
 
 from stiffcal.campaign.manifest.report_settings import ReportSettings
 from stiffcal.compensation.predict_result import LoadPath
-from stiffcal.report.building import build_report, lay_out
+from stiffcal.errors import no_progress
+from stiffcal.report.blocks import Facts, ReportSection, TableBlock, TableColumn
+from stiffcal.report.building import PagesHeading, build_report, lay_out, write_pages
 from stiffcal.report.content import ReportContent
 from stiffcal.report.provenance_content import ReportProvenance, ReportSource
 from tests.laboratory.report_content import made_up_content
@@ -179,6 +181,23 @@ def test_long_tables_repeat_their_header(tmp_path: Path) -> None:
     assert len(pages) >= 2
     assert all("SHA-256" in page for page in pages)
     assert f"{119:064x}" in text_of(path)
+
+
+def test_a_long_table_begins_below_the_facts_above_it(tmp_path: Path) -> None:
+    """Its caption was printed over their last line."""
+    table = TableBlock((TableColumn("file", align="left"),), tuple((f"log{k}",) for k in range(20)), "Captioned.")
+    section = ReportSection("Origin", (Facts((("date", "yesterday"),)), table))
+    path = tmp_path / "table.pdf"
+    write_pages(PagesHeading("Title", "kind", "campaign", "2026-12-01", "maker"), [section], path, no_progress)
+    baselines: dict[str, float] = {}
+
+    def keep(text: str, outer: list[float], inner: list[float], _font: object, _size: float) -> None:
+        baselines.setdefault(text.strip(), outer[3] * inner[5] + outer[5])
+
+    PdfReader(path).pages[0].extract_text(visitor_text=keep)
+    caption = next(y for text, y in baselines.items() if "Captioned." in text)
+    # lines of 8 pt
+    assert abs(baselines["yesterday"] - caption) > 8.0
 
 
 def test_many_runs_are_thinned_and_that_is_said() -> None:

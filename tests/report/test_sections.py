@@ -119,7 +119,7 @@ def test_one_bad_run_is_named() -> None:
         for name, rms in (("good", 2e-5), ("bad", 9e-5))
     ]
     text = repr(residuals.section(with_validation(content, by_run=by_run)))
-    assert "largest in run bad (0.0900 mm rms), smallest in run good (0.0200 mm), a factor of 4.5" in text
+    assert "largest 0.0900 mm rms (run bad), smallest 0.0200 mm (run good), a factor of 4.5" in text
 
 
 def test_sections_stand_in_a_fixed_order() -> None:

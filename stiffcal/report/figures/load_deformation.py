@@ -271,7 +271,7 @@ def draw_deflection_by_run(states: ReportStates, names: list[str], runs: list[in
     -------
     Figure; deflections in one unit, base axes; runs along the abscissa.
     """
-    figure = canvas.new_figure(canvas.PAGE_WIDTH_MM, 96)
+    figure = canvas.new_figure(canvas.PAGE_WIDTH_MM, 80)
     panels = figure.subplots(3, 1, sharex=True)
     used = np.flatnonzero(states.used & np.isin(states.run, runs))
     unit = canvas.unit_of(LENGTH, states.measured[used, :3])
@@ -280,9 +280,12 @@ def draw_deflection_by_run(states: ReportStates, names: list[str], runs: list[in
         measured, predicted = (unit.factor * of[used, axis] for of in (states.measured, states.best_prediction))
         panel.axhline(0.0, color=canvas.QUIET, linewidth=0.5)
         panel.vlines(at, measured, predicted, color=canvas.QUIET, linewidth=1.0)
-        panel.plot(at, measured, linestyle="none", marker="o", color=canvas.COLOURS[0], label="measured")
         panel.plot(
             at, predicted, linestyle="none", marker="D", color=canvas.INK, markerfacecolor="white", label="predicted"
+        )
+        # on top, and smaller: where both are nearly one, both are visible
+        panel.plot(
+            at, measured, linestyle="none", marker="o", markersize=2.0, color=canvas.COLOURS[0], label="measured"
         )
         panel.set_ylabel(unit.in_brackets(f"D{letter}"))
         panel.set_xlim(-0.8, len(runs) - 0.2)
@@ -292,9 +295,15 @@ def draw_deflection_by_run(states: ReportStates, names: list[str], runs: list[in
 
 
 def name_runs(axes: Axes, names: list[str]) -> None:
-    """Write run names under the abscissa, every one while they fit, else every second, fifth, ..."""
+    """Write run names under the abscissa, every one while they fit, else every second, fifth, ...
+
+    Words with which all of them begin, as "poses row" of rows of a table, stand once, in the axis' label.
+    """
+    begins = {name.rpartition(" ")[0] for name in names}
+    begin = begins.pop() if len(begins) == 1 else ""
+    names = [name.removeprefix(begin).strip() for name in names]
     step = next((step for step in (1, 2, 5, 10, 20, 50) if len(names) / step <= 50), 100)
     places = list(range(0, len(names), step))
     axes.set_xticks(places, [names[i] for i in places])
     axes.tick_params(axis="x", labelrotation=90.0 if len(names) > 12 else 0.0)
-    axes.set_xlabel("run")
+    axes.set_xlabel(begin or "run")

@@ -130,5 +130,5 @@ def _draw_robot(axes: Axes, numbers: Axes, run: ReportRun, shares: Sequence[Plac
     numbers.annotate(text, (1.0, 0.5), xycoords="axes fraction", ha="right", va="center", fontsize=6)
     numbers.set_axis_off()
     axes.set_aspect("equal", adjustable="datalim")
-    axes.margins(0.22)
+    axes.margins(x=0.5, y=0.35)  # room for the labels
     axes.set_axis_off()

@@ -107,7 +107,9 @@ def _draw_marks(axes: Axes, marks: Marks, label: str | None) -> None:
     if marks.note and np.size(marks.x):
         axes.annotate(
             marks.note, (float(marks.x[-1]), float(marks.y[-1])), xytext=(0, 7), textcoords="offset points",
-            ha="center", va="bottom", rotation=90, fontsize=5.5, color=canvas.INK,
+            ha="center", va="bottom", rotation=90, fontsize=5.5, color=canvas.INK, zorder=5,
+            # a line may pass behind it
+            bbox={"facecolor": "white", "edgecolor": "none", "pad": 0.4},
         )  # fmt: skip
 
 

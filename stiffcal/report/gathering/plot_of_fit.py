@@ -25,7 +25,7 @@ from stiffcal.results.fit_pictures import (
     normal_picture,
     profile_picture,
 )
-from stiffcal.stages.fit import fit_now, up_to_date_fit_at_hand
+from stiffcal.stages.fit import fit_again, up_to_date_fit_at_hand
 from stiffcal.stages.history import stored_fits
 from stiffcal.stages.steps import Ingested, RunContext
 
@@ -89,7 +89,7 @@ def picture_of_fit(of: str, data: Ingested, context: RunContext) -> Picture:
     identified, fit = up_to_date_fit_at_hand(data, context)
     if of in ("correlation", "history"):
         return _of_results(of, data, identified)
-    fit = fit or fit_now(data, identified.loss, context)
+    fit = fit or fit_again(data, identified, context)
     if fit is None:
         mend = "choose correlation or history"
         raise InputError.at(
@@ -126,7 +126,7 @@ def pictures_of_fit(
 
     @cache
     def fit() -> Fit:
-        made = at_hand or fit_now(data, identified.loss, context)
+        made = at_hand or fit_again(data, identified, context)
         assert made is not None, "a campaign with load states has a fit"
         return made
 

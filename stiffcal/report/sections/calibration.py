@@ -14,6 +14,7 @@ from stiffcal.report.blocks import Block, Items, PictureBlock, ReportSection, Ta
 from stiffcal.report.content import ReportContent
 from stiffcal.report.figures.calibration import draw_calibration
 from stiffcal.results.geometry_words import HEADER, convention_in_words, sentences, table_rows
+from stiffcal.results.model_words import STEPS
 from stiffcal.validation.distance_results import Distances, LadderStep
 
 ORDER = 17
@@ -126,7 +127,7 @@ def _ladder(ladder: list[LadderStep]) -> TableBlock:
     )  # fmt: skip
     rows = tuple(
         (
-            step.step,
+            STEPS.get(step.step, step.step),
             str(step.n_parameters),
             *(_length(error, unit) for error in _errors(step)),
         )

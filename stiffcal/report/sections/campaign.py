@@ -69,7 +69,7 @@ def _facts(content: ReportContent) -> tuple[tuple[str, str], ...]:
         fit = content.identify
         if fit is None or not fit.n_states or not fit.has_states:
             return (*rows, ("load states", "none"))
-        return (*rows, ("states of clamped runs", f"{fit.n_states} used"))
+        return (*rows, ("states of clamped runs", f"{wording.count(fit.n_states, 'state')} used"))
     load, deflection = states.load[states.used], np.linalg.norm(states.measured[states.used, :3], axis=1)
     directions = [label for label in dict.fromkeys(states.direction[states.used].tolist()) if label]
     n_references = 0 if states.reference is None else int(states.reference.sum())

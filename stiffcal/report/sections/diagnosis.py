@@ -127,13 +127,10 @@ def _facts(diagnosis: DiagnoseResult) -> list[tuple[str, str]]:
         facts.append(("lack of fit", _lack_of_fit_words(lack)))
     explained = diagnosis.explained_by_missing
     if explained is not None and diagnosis.missing and diagnosis.noise:
-        facts.append(("explained", f"{explained_in_words(explained)} of the avoidable error is explained by it"))
+        facts.append(("explained", f"{explained_in_words(explained)} of the avoidable error"))
     if diagnosis.not_weighed is not None:
-        text = (
-            "combinations of those compared with one effect more, which have about "
-            f"{wording.share(diagnosis.not_weighed)} of the probability"
-        )
-        facts.append(("not compared", text))
+        text = "sets with one effect more than those compared: about "
+        facts.append(("not compared", f"{text}{wording.share(diagnosis.not_weighed)} of the probability"))
     return facts
 
 

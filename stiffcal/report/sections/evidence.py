@@ -40,9 +40,10 @@ def section(content: ReportContent) -> ReportSection | LeftOut | None:
 
 HOW_JUDGED = (
     "Each effect is judged alone: the model is refitted without it, all other parameters free, and both models "
-    "predict each pose from the other poses only. The residual is projected on the direction in which the effect "
-    "moves the target; where the load has components (a tilting moment), it is the load to which the residual amounts, "
-    "times the effect's mean response. A real effect shows a pattern in the left figure and none in the middle one."
+    "predict each pose from the other poses only. What is drawn is the residual along the direction in which the "
+    "effect moves the target; for an effect of a load with several components, as a tilting moment, the component that "
+    "would cause the residual, in the effect's mean motion. A real effect shows a pattern in the left figure and none "
+    "in the middle one."
 )
 
 
@@ -120,7 +121,7 @@ def _caption(figure: EvidenceFigure) -> str:
     n_known, n_all = int(np.isfinite(figure.before).sum()), len(figure.before)
     if n_known < n_all:
         why = "its influence there is negligible" if evidence.lever is None else "no lever arm"
-        text += f" {n_all - n_known} of {n_all} states are not drawn: {why}."
+        text += f" {n_all - n_known} of {wording.count(n_all, 'state')} are not drawn: {why}."
     if n_known > MOST_POINTS:
         text += f" About {MOST_POINTS} states are drawn, including the largest residuals."
     if figure.path_run:

@@ -151,7 +151,7 @@ def _against_the_force(states: ReportStates, number: int) -> list[str]:
                 deflection
             )
             if significant and force[axis] * deflection[axis] < 0:
-                phrases.append(f"along {letter} under load {label} ({wording.length(float(abs(deflection[axis])))})")
+                phrases.append(f"along {letter} under load “{label}” ({wording.length(float(abs(deflection[axis])))})")
     return phrases
 
 

@@ -84,8 +84,8 @@ def _extremes(parts: Sequence[ErrorSlice], kind: str = "") -> str:
     if most < NEARLY_ALIKE * least:
         return f"nearly the same everywhere, {wording.length(least)} to {wording.length(most)} rms."
     return (
-        f"largest in {kind}{high.label} ({wording.length(most)} rms), smallest in {kind}{low.label} "
-        f"({wording.length(least)}), a factor of {wording.significant(most / least, 2)}."
+        f"largest {wording.length(most)} rms ({kind}{high.label}), smallest {wording.length(least)} "
+        f"({kind}{low.label}), a factor of {wording.significant(most / least, 2)}."
     )
 
 

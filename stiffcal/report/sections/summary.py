@@ -33,7 +33,7 @@ from stiffcal.report.sections.campaign import MOST_WARNINGS, warnings_of
 from stiffcal.report.sections.diagnosis import probable_law
 from stiffcal.report.sections.stiffness import not_claimed, short_stiffness_table, where_words
 from stiffcal.results.identify_result import IdentifyResult
-from stiffcal.results.model_words import model_words
+from stiffcal.results.model_words import STEPS, model_words
 from stiffcal.results.next_step import Standing, Step, next_step
 from stiffcal.results.registration_words import convention_in_words, remainder_in_words
 from stiffcal.results.validate_result import ValidateResult
@@ -182,10 +182,11 @@ def _about_the_model(content: ReportContent) -> list[tuple[str, str]]:
     if diagnosis is None:
         return facts
     if diagnosis.missing:
-        facts.append(("missing", f"{wording.listing(map(_held, diagnosis.missing))}."
-                      + _changed(diagnosis.before_after, content, "Adding it")))  # fmt: skip
+        cause = "Adding it" if len(diagnosis.missing) == 1 else "Adding them"
+        changed = _changed(diagnosis.before_after, content, cause)
+        facts.append(("missing", f"{'; '.join(map(_held, diagnosis.missing))}.{changed}"))
     if diagnosis.in_model:
-        facts.append(("in the model", f"{wording.listing(map(_held, diagnosis.in_model))}."))
+        facts.append(("in the model", f"{'; '.join(map(_held, diagnosis.in_model))}."))
     return facts
 
 
@@ -296,7 +297,7 @@ def first_page_ladder(content: ReportContent) -> tuple[list[Rung], str]:
     validation = content.validate
     if has_steps(content) and validation is not None:
         steps = validation.ladder or []
-        return [Rung(_STEPS.get(step.step, step.step), step.heldout_region, step.fit) for step in steps], "translation"
+        return [Rung(STEPS.get(step.step, step.step), step.heldout_region, step.fit) for step in steps], "translation"
     fits = [] if content.history is None else content.history.fits
     present = None if content.identify is None else content.identify.fit_id
     drawn_fits = sorted(fits, key=lambda fit: fit.id == present)
@@ -306,16 +307,6 @@ def first_page_ladder(content: ReportContent) -> tuple[list[Rung], str]:
     rungs = ladder_rungs(drawn_fits[-MOST_RUNGS:], None if validation is None else validation.zero_model, component)
     expected = _expected(content, component)
     return rungs + ([expected] if expected is not None else []), component
-
-
-_STEPS = {
-    "nominal": "nominal robot",
-    "frames": "+ frames",
-    "offsets": "+ offsets of the joints",
-    "geometry": "+ geometry",
-    "springs": "+ joint-compliance",
-    "model": "+ other effects",
-}
 
 
 def _expected(content: ReportContent, component: str) -> Rung | None:
@@ -350,7 +341,7 @@ def _fit_sentences(content: ReportContent) -> list[str]:
     if content.absolute_alone:
         states = wording.count(fit.n_states, "pose")
     model, robot = model_words(fit.model), the_robot(content.provenance.robot)
-    text = f"The model ({model}) was fitted to {states} of {robot}"
+    text = f"The model, {model}, was fitted to {states} of {robot}"
     return [f"{text}; residual of the fit: {wording.measure_text(fit.rms)} rms."]
 
 
@@ -367,7 +358,7 @@ def the_robot(name: str) -> str:
 
 
 def _readings_sentence(content: ReportContent, fit: IdentifyResult) -> str:
-    model = f"The model ({model_words(fit.model)})"
+    model = f"The model, {model_words(fit.model)},"
     fitted_model = (content.readings_alone[0].fitted if len(content.readings_alone) == 1 else "") or model
     readings = wording.count(fit.n_readings, "reading") if fit.n_readings else wording.count(fit.n_states, "state")
     return (

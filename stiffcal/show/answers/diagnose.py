@@ -37,6 +37,8 @@ if TYPE_CHECKING:
 
 MOST_ROWS, MOST_PLACES = 8, 4
 """Rows of the ranking and places of what could not be excluded: without details."""
+MOST_DESCRIBED = 2
+"""Missing effects that are described one by one without details."""
 BAR = 10
 """Characters of a bar of probability."""
 EXPLAINS = (
@@ -62,8 +64,14 @@ def page(result: DiagnoseResult, options: ShowOptions) -> Page:
         effect_names = ", ".join(effect_words(effect) for effect in result.with_suspects.missing) or "nothing"
         unexplained = "; part of the error is unexplained" if result.with_suspects.unexplained else ""
         made.say(f"including them the result would be: missing: {effect_names}{unexplained}", "with-suspects")
-    for effect in result.missing:
-        add_missing(made, result, effect, options.details)
+    if options.details or len(result.missing) <= MOST_DESCRIBED:
+        for effect in result.missing:
+            add_missing(made, result, effect, options.details)
+    else:
+        made.head("missing:")
+        made.list((f"{effect_words(one)}{_sure_words(one)}{_alike(one)}" for one in result.missing), "missing")
+    if not all(effect.firm for effect in result.missing):
+        made.say("improve adds what is not certain when asked, or with --likely", "not-certain")
     picture = followed_picture(result, options) or law_picture(result)
     if picture is not None:
         made.draw(picture)
@@ -144,7 +152,10 @@ def _add_with_all_missing(made: PageBuilder, result: DiagnoseResult) -> None:
     """Add the error with several missing effects together: each row of the ranking adds only one."""
     if len(result.missing) < 2 or result.heldout_rms_with_missing is None:
         return
-    names = listing(effect_words(effect) if dict(effect.where.items()) else effect.effect for effect in result.missing)
+    names = "all that is missing"
+    if len(result.missing) <= MOST_DESCRIBED:
+        placed = (effect_words(effect) if dict(effect.where.items()) else effect.effect for effect in result.missing)
+        names = listing(placed)
     noise = deviation(result.noise) if result.noise else "not known"
     left = f"{deviation(result.heldout_rms_with_missing)} in {held_out_by_diagnosis(result.heldout_rms_with_missing)}"
     validated = result.as_validated
@@ -165,7 +176,8 @@ def add_missing(made: PageBuilder, result: DiagnoseResult, effect: ProposedEffec
     explanation = None if finding is None else finding.evidence
     if explanation is not None:
         texts += [explanation.seen, *[explanation.means] * details]
-    texts += _refitted(result, effect)
+    if details or len(result.missing) == 1:
+        texts += _refitted(result, effect)
     if explanation is not None and details:
         alike = "" if effect.alternatives else explanation.alike  # those are named above, each with how alike it is
         texts += [text for text in (alike, explanation.check) if text]
@@ -174,7 +186,7 @@ def add_missing(made: PageBuilder, result: DiagnoseResult, effect: ProposedEffec
 
 def _sure_words(effect: ProposedEffect) -> str:
     """Return how sure the diagnosis is of an effect."""
-    certain = "certain" if effect.firm else "not certain: improve adds it when asked, or with --likely"
+    certain = "certain" if effect.firm else "not certain"
     group, own = (probability_in_words(p or 0.0) for p in (effect.probability, effect.probability_of(effect)))
     if not effect.alternatives:
         return f": {group}, {certain}"
@@ -195,10 +207,14 @@ def _refitted(result: DiagnoseResult, effect: ProposedEffect) -> list[str]:
 def add_in_model(made: PageBuilder, result: DiagnoseResult) -> None:
     """Add how sure it is that the effects of the model are there, and what looks the same."""
     for effect in result.in_model or ():
-        alike = ", ".join(look_alike_words(effect, other) for other in effect.alternatives)
-        words = f"; cannot be distinguished from: {alike}" if alike else ""
         p = probability_in_words(effect.probability or 0.0)
-        made.say(f"in the model: {effect_words(effect)}: {p}{words}", "in-model")
+        made.say(f"in the model: {effect_words(effect)}: {p}{_alike(effect)}", "in-model")
+
+
+def _alike(effect: ProposedEffect) -> str:
+    """Return what an effect cannot be distinguished from, as the end of a sentence."""
+    names = ", ".join(look_alike_words(effect, other) for other in effect.alternatives)
+    return f"; cannot be distinguished from: {names}" if names else ""
 
 
 def _add_excluded(made: PageBuilder, result: DiagnoseResult, options: ShowOptions) -> None:
@@ -211,22 +227,22 @@ def _add_excluded(made: PageBuilder, result: DiagnoseResult, options: ShowOption
     if known:
         measure = "torque, rms" if any(one.size_Nm for one in known) else "rms at the tool"
         shown = known if options.details else known[:MOST_PLACES]
-        listed = ", ".join(f"{one.of} {_size_words(one.size_m, one.size_Nm)} ({one.effect})" for one in shown)
+        listed = "; ".join(f"{one.of}: {_size_words(one.size_m, one.size_Nm)} ({one.effect})" for one in shown)
         listed += (
             f"; less at {len(known) - len(shown)} further places (diagnose --details)"
             if len(shown) < len(known)
             else ""
         )
-        text = f"would have been found in nine campaigns of ten, {measure}: {listed}"
+        text = f"an effect this large would have been found in nine campaigns of ten ({measure}): {listed}"
         made.say(text, "excluded", starts_paragraph=True)
     if hidden:
         more = "; load along other axes, in other poses" if result.rms.torque is None else ""
-        made.say(f"shows nowhere in this campaign: {', '.join(hidden)}{more}", "excluded")
+        made.say(f"an effect would not show in these data, however large: {', '.join(hidden)}{more}", "excluded")
     forces = sorted(((one.deciding_force_N, one.of) for one in sizes if one.deciding_force_N is not None), reverse=True)
     if forces:
-        needed = ", ".join(f"{of} {significant(force)} N" for force, of in forces)
+        needed = ", ".join(f"{significant(force)} N ({of})" for force, of in forces)
         line = options.line("plan", "--force", f"{math.ceil(forces[0][0])}")
-        text = f"to find there what is as large as the noise, load with up to: {needed}; to plan it: {line}"
+        text = f"to find an effect as large as the noise, load with up to {needed}; to plan it: {line}"
         made.say(text, "deciding-load")
 
 

@@ -26,8 +26,10 @@ if TYPE_CHECKING:
     from stiffcal.results.identify_result import IdentifyResult
     from stiffcal.show.options import ShowOptions
 
-MOST_VALUES = 10
-"""Values that are listed next to stiffness: without details."""
+MOST_VALUES, VALUES_IN_PART = 10, 5
+"""Values that are listed next to stiffness without details: of `identify`, and of an answer that holds its fit."""
+MOST_GROUPS = 2
+"""Groups of parameters whose reason is stated without details."""
 
 
 def page(result: IdentifyResult, options: ShowOptions) -> Page:
@@ -77,7 +79,7 @@ def add_fitted(
     ----------
     details : also single runs, all values, and parameters that the rows of the geometry state in another form.
     is_part : whether it is a part of another answer, whose verdict stands before it: then the fit is compared with the
-        noise in a line of its own.
+        noise in a line of its own, and the command shows the rest.
     unclaimed : joints whose compliance is not identified, as `add_parameters` takes them.
     """
     made.add(parts.registration(result.registration))
@@ -87,14 +89,17 @@ def add_fitted(
     shown = [parameter for parameter in result.parameters if parameter.name not in elsewhere]
     if not details:
         shown = [parameter for parameter in shown if parameter.name not in _in_rows(result)]
-    add_parameters(made, shown, unclaimed, result.shifted or (), None if details else MOST_VALUES)
+    most = VALUES_IN_PART if is_part else MOST_VALUES
+    add_parameters(made, shown, unclaimed, result.shifted or (), None if details else most)
     add_overviews(made, kinds, details)
+    if is_part:
+        made.say(_fit_in_words(result), "fit")
+        made.add(parts.suspects(result.suspects, None))
+        return
     if result.geometry is not None:
         _add_geometry(made, result.geometry, in_uncertainty=result.covariance_from_geometry is not None)
     for agreement in result.agreement or ():
         _add_agreement(made, agreement, details)
-    if is_part:
-        made.say(_fit_in_words(result), "fit")
     made.say(_conditioning(result), "conditioning")
     if result.joints_by_themselves:
         add_joints(made, result.joints_by_themselves)
@@ -108,10 +113,18 @@ def add_fitted(
         )
     made.add(parts.suspects(result.suspects, result.suspects_not_checked if details else None))
     elsewhere |= set() if details else _conventions(result)  # the lines below the rows name them
-    for sentence in unidentified_in_words(
-        group for group in result.not_identifiable if not (elsewhere and set(group.parameters) <= elsewhere)
-    ):
-        made.say(f"cannot be identified: {sentence}", "not-identifiable")
+    sentences = list(
+        unidentified_in_words(
+            group for group in result.not_identifiable if not (elsewhere and set(group.parameters) <= elsewhere)
+        )
+    )
+    if details or len(sentences) <= MOST_GROUPS:
+        for sentence in sentences:
+            made.say(f"cannot be identified: {sentence}", "not-identifiable")
+    else:
+        made.say(
+            f"cannot be identified: {len(sentences)} groups of parameters (identify --details)", "not-identifiable"
+        )
     if result.expected_error:
         made.say(result.expected_error, "expected-error")
     if result.coupling is not None:
@@ -181,8 +194,8 @@ def _conditioning(result: IdentifyResult) -> str:
         texts.append(f"condition number {significant(condition)}")
     elif result.not_identifiable:
         names = {name for group in result.not_identifiable for name in group.parameters} - _conventions(result)
-        why = "some parameters cannot be identified (below)" if names else "the geometry contains conventions"
-        texts.append(f"condition number infinite: {why}")
+        why = "see below" if names else "the geometry contains conventions"
+        texts.append(f"condition number infinite ({why})")
     return ", ".join(texts)
 
 

@@ -17,7 +17,7 @@ if TYPE_CHECKING:
     from stiffcal.show.options import ShowOptions
 
 
-MOST_RUNS, MOST_VALUES = 10, 10
+MOST_RUNS, MOST_VALUES = 7, 7
 """Runs and parameters that are listed without details."""
 
 
@@ -83,7 +83,7 @@ def _add_expected(made: PageBuilder, result: PlanResult, details: bool) -> None:
         made.say(f"  and {len(rows) - len(shown)} more, better known or not at all (plan --details)", "more")
     if with_units:
         made.say("for geometry and frames ± % is relative to the typical size of their errors", "relative-to")
-    if result.observability is not None:
+    if result.observability is not None and details:
         made.say(indices_text(result.observability), "observability")
     if result.not_identified:
         made.say(f"not identifiable with this equipment: {', '.join(result.not_identified)}", "not-identified")
@@ -97,22 +97,18 @@ def _add_expected(made: PageBuilder, result: PlanResult, details: bool) -> None:
 
 
 def _add_gain(made: PageBuilder, result: PlanResult, details: bool) -> None:
-    made.head("after the runs of highest rank")
-    last = len(result.gain) - 1
-    rows = [
-        (str(point.runs), f"{point.minutes:.0f}", _percent(point.worst_relative))
-        for k, point in enumerate(result.gain)
-        # each twice as many as the one before: what one run more brings shrinks with their number
-        if details or k == last or (k + 1) & k == 0
-    ]
-    made.table((number("runs"), number("min"), number("largest ± %")), rows)
+    if details:
+        made.head("after the runs of highest rank")
+        rows = [(str(point.runs), f"{point.minutes:.0f}", _percent(point.worst_relative)) for point in result.gain]
+        made.table((number("runs"), number("min"), number("largest ± %")), rows)
     if result.another_hour is not None:
-        made.say(another_hour_text(len(result.runs), result.another_hour), "another-hour")
-    made.say(
-        f"efficiency ({result.criterion}): {result.efficiency:.2f}, lower bound of the variance over that of this "
-        f"plan (Kiefer and Wolfowitz, 1960)",
-        "efficiency",
-    )
+        made.say(another_hour_text(len(result.runs), result.another_hour), "another-hour", starts_paragraph=True)
+    if details:
+        made.say(
+            f"efficiency ({result.criterion}): {result.efficiency:.2f}, lower bound of the variance over that of this "
+            f"plan (Kiefer and Wolfowitz, 1960)",
+            "efficiency",
+        )
     for goal in result.goals or ():
         text = f"  {goal.goal}, {100.0 * goal.weight:.0f} % of the goal: {goal.efficiency:.2f} for this goal alone"
         made.say(text, "goal")

@@ -7,6 +7,7 @@ from typing import TYPE_CHECKING
 
 from stiffcal.presentation.values import Sentence
 from stiffcal.quantity import LENGTH, Units
+from stiffcal.results.model_words import STEPS
 from stiffcal.results.next_step import is_within_noise
 from stiffcal.show import parts
 from stiffcal.show.builder import PageBuilder, number
@@ -122,12 +123,13 @@ def _add_distances(made: PageBuilder, distance: Distances, ladder: Sequence[Ladd
     """
     if details or not ladder:
         _add_targets(made, distance)
+    # poses at random are close to those that were fitted: a region decides
     titles = ("parameters", "fit, rms", "random, rms", "region, rms", "random, mean", "region, mean")
     rows = []
     for step in ladder:
         cells = [step.fit, step.heldout_random, step.heldout_region, step.mean_random, step.mean_region]
-        rows.append((step.step, str(step.n_parameters), *(length(v) for v in cells)))
-    made.table(("model", *map(number, titles)), rows)
+        rows.append((STEPS.get(step.step, step.step), str(step.n_parameters), *(length(v) for v in cells)))
+    made.table(("model", *(number(title, is_secondary=title.startswith("random")) for title in titles)), rows)
 
 
 def _add_targets(made: PageBuilder, distance: Distances) -> None:

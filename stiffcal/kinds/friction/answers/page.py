@@ -215,7 +215,7 @@ def _parameters(section: FrictionSection, identified: IdentifiedModel) -> frozen
 
 def _law_words(curves: tuple[FrictionCurve, ...]) -> str:
     text = (
-        "Friction torque at a velocity ω, at the joint's side of the gear: (coulomb + stribeck · exp(−|ω / velocity|^"
+        "Friction torque at a velocity ω, at the joint's side of the gear: (coulomb + stribeck · exp(−(|ω| / velocity)^"
         "exponent)) · sign ω + viscous · ω (Lehmann et al. 2013, eq. 1), stribeck if the model contains it. "
     )
     if any(curve.steady for curve in curves):
