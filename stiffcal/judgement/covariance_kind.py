@@ -60,7 +60,8 @@ def weighed_products(weights: Floats, mine: Floats, theirs: Floats) -> Floats:
     found = np.zeros((len(weights) * len(mine), len(theirs)))
     for at in _parts(weights.shape[1]):
         # of all sizes in one product of matrices: those of a few rows each take twice the time
-        found += (weights[:, None, at] * mine[:, at]).reshape(len(found), -1) @ theirs[:, at].T
+        scaled = weights[:, None, at] * mine[:, at]
+        found += scaled.reshape(len(found), scaled.shape[-1]) @ theirs[:, at].T
     return found.reshape(len(weights), len(mine), len(theirs))
 
 
