@@ -130,6 +130,19 @@
     /** What has all panels show a model; a refit without an effect is shown as the present model with the effect out. */
     const showing = (model) => (model.kind === "without" ? { mode: "refit", off: [model.effect] } : { model: model.id, mode: "part", off: [] });
 
+    /** Names of the categories, null of those of which nothing is drawn: a button would do nothing. */
+    function namesOfDrawn(sides, colours) {
+      const [{ legend, scale }] = colours,
+        drawn = new Set();
+      if (scale) return legend;
+      sides.forEach(({ x, y }, k) =>
+        y.forEach((value, p) => {
+          if (Number.isFinite(x[p] + value)) drawn.add(colours[k].numbers[p]);
+        }),
+      );
+      return legend.map((word, k) => (drawn.has(k) ? word : null));
+    }
+
     let legendKey = "";
     function showLegend(words, palette, band) {
       const key = JSON.stringify([words, S.state.colour, S.themeName, [...hidden], band]);
@@ -137,7 +150,8 @@
       legendKey = key;
       const focus = [...legendButtons.children].indexOf(document.activeElement);
       legendButtons.replaceChildren(
-        ...words.map((word, k) => {
+        ...words.flatMap((word, k) => {
+          if (word === null) return [];
           const name = `${S.state.colour}/${k}`,
             mark = S.make("canvas", { width: 24, height: 24, className: "mark" }),
             g = mark.getContext("2d");
@@ -200,7 +214,8 @@
       const others = pair ? pair.residuals : [];
       const sides = (pair && S.state.sideBySide ? others : [shown]).map(S.pointsOf);
       const colours = sides.map((points) => S.coloursOf(points, others)),
-        [{ legend, palette, scale }] = colours;
+        [{ palette, scale }] = colours,
+        legend = namesOfDrawn(sides, colours);
       const band = sides[0].up.sigma > 0 || sides[0].across.sigma > 0;
       showLegend(scale ? [] : legend, palette, band);
       if (!scale && legend.length) {

@@ -35,15 +35,17 @@
       10 +
       16 *
         S.keys(g, box, [
-          ...words.map((word, k) => ({
-            word,
-            mark: (x, y) => {
-              g.beginPath();
-              S.marker(g, k, x + 6, y, 4);
-              g.fillStyle = palette[k];
-              g.fill();
-            },
-          })),
+          ...words
+            .map((word, k) => ({
+              word,
+              mark: (x, y) => {
+                g.beginPath();
+                S.marker(g, k, x + 6, y, 4);
+                g.fillStyle = palette[k];
+                g.fill();
+              },
+            }))
+            .filter(({ word }) => word !== null),
           ...(band ? [swatch] : []),
         ])
     );
