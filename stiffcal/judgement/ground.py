@@ -82,6 +82,11 @@ class Ground(ABC):
         """Positions in the grid of discrepancies at which no pose has a way of its own: all that is left is noise."""
         return [0, *self.shared.numbers_of(self.lingering), *self.shared.numbers_of(self.alike)]
 
+    @property
+    def log_weights(self) -> float:
+        """Logarithm of the determinant of the weights, as far as these are of the model."""
+        return 0.0
+
     @abstractmethod
     def runs_off(self) -> Iterator[OffRun]:
         """Give how each run alone may be off."""

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Iterator, Mapping
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 from functools import cached_property
 
 import numpy as np
@@ -13,10 +13,11 @@ from stiffcal.diagnosis.scans.drift import Drift, drift_of_states
 from stiffcal.diagnosis.scans.slips import best_slip
 from stiffcal.identification.fitting.regressors import Linearised
 from stiffcal.identification.noise.projection import Projection
-from stiffcal.identification.readings.row_layout import MEASURES, TRANSLATION
+from stiffcal.identification.readings.row_layout import MEASURES, MOTOR, TRANSLATION
 from stiffcal.judgement.discrepancy import Discrepancy, OffRun, off_by_run
 from stiffcal.judgement.ground import CheckKind, Ground
 from stiffcal.judgement.like_states import sweeps_of, variance_of
+from stiffcal.judgement.numbers import LOADED
 from stiffcal.mistakes.states.mistake import LeftOfStates
 
 _OF_MEASURE = {
@@ -32,6 +33,8 @@ class GroundOfStates(Ground):
     """The robot."""
     space: Projection
     """Weights and runs."""
+    of_wrench: Floats = field(kw_only=True)
+    """(6, n) standard uncertainties of the wrenches, N and N·m."""
 
     @property
     def checked(self) -> Mapping[CheckKind, Integers]:
@@ -56,6 +59,22 @@ class GroundOfStates(Ground):
     def stated(self) -> Integers:
         """Positions of translations."""
         return self.space.data.rows_of(TRANSLATION)
+
+    @property
+    def log_weights(self) -> float:
+        """As of `Ground.log_weights`: the wrench's noise is carried through the slope of the model.
+
+        It stands for wrenches of which any is as probable as another before they are read. Of states whose wrench is
+        none within its noise it is none, exactly: the robot is unloaded. A clamped motor is driven in even steps of its
+        angle: torques are as dense there as the law is steep, which makes up for it.
+        """
+        lower, data = self.space.whitening.lower, self.space.data
+        if lower is None:
+            return 0.0
+        over = np.max(np.abs(data.wrench) / np.maximum(self.of_wrench, 1e-300), axis=0)
+        clamped = data.measured_mask[data.kind == MOTOR].any(axis=0)
+        loaded = data.measured_mask & (over > LOADED) & ~clamped
+        return float(np.sum(np.log(np.einsum("aan->an", lower)[loaded])))
 
     def runs_off(self) -> Iterator[OffRun]:
         """Give how each run alone may be off."""

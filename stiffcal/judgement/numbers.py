@@ -93,6 +93,8 @@ LINGERS = np.array([0.2, 0.35, 0.5, 0.6, 0.7])
 readings …"""
 LINGERING = 0.12
 """… and how probable it is that noise lingers: as `OF_TIME`. Ours."""
+LOADED = 5.0
+"""Noises of a wrench's components from which on it is one; less is none, read with noise. Ours."""
 SHOWS_ITS_NOISE = 50.0
 """Readings of a run, its constants taken out, that show its noise to a tenth: from so many on it may be louder.
 Ours: 0, 0.

@@ -1,9 +1,8 @@
 """The nearest rivals of a set, each refitted on the balanced robot and weighed about its own fit.
 
 About the fit of one set the others are straight lines from there: by what they bend they would be less probable than
-they are, and thousands of readings make certainty of that. About the rival's fit it is the set that is a straight line,
-and how the two compare lies between. What the levels of the two fits differ by beyond that says nothing of the sets:
-each moves the wrenches that are known worse than the readings to where its own model has them.
+they are, and thousands of readings make certainty of that. So each is weighed about its own fit, by the density of the
+same readings: the wrench's noise acts with the slope of each model, in the weights and in their determinant.
 """
 
 from __future__ import annotations
@@ -80,18 +79,16 @@ def no_setting(ground: Ground, setting: SettingOff) -> None:
 def with_rivals_refitted(
     weighed: WeighedSets,
     own: Key,
+    about: Ground,
     scale: UsualSizes,
     ground_of: Callable[[list[Member]], G],
     set_otherwise: Callable[[G, SettingOff], MemberColumns | None] = no_setting,
 ) -> WeighedSets:
     """Return the sets with what the nearest rivals gain about fits of their own.
 
-    The wrench's noise counts with each model's own slope. The determinant of the weights has no part: it would stand
-    for wrenches of which any is as probable as another, and most are none, exactly, as the robot is unloaded.
-
     Parameters
     ----------
-    own : the set about whose fit all are weighed.
+    own : the set about whose fit all are weighed. about : what they are weighed about.
     scale : of the robot.
     ground_of : fits the model with some members, runs that are off left out, and returns what members are compared
         about, with the noise of the best set carried through its own model.
@@ -109,13 +106,10 @@ def with_rivals_refitted(
             continue
         try:
             there = ground_of(members)
-            value = _about_fit(weighed, key, key, there, scale, set_otherwise)
-            of_own = _about_fit(weighed, own, key, there, scale, set_otherwise)
+            value = _about_own_fit(weighed, key, there, scale, set_otherwise)
         except (InputError, ArithmeticError, np.linalg.LinAlgError):
             continue
-        about_own, about_rival = weighed.weigh(key) - weighed.weigh(own), value - of_own
-        between = np.clip(value - weighed.weigh(own), min(about_own, about_rival), max(about_own, about_rival))
-        gains[old, other] = float(between) - about_own
+        gains[old, other] = value + there.log_weights - about.log_weights - weighed.weigh(key)
         refitted.add(model)
     # what the others gain in other shapes is theirs alone: one more effect may have stood for it on straight lines
     together = {_without(own, old): gains.pop((old, None), 0.0) for old, _ in far}
@@ -141,27 +135,22 @@ def _gain_of(key: Key, gains: Mapping[Rival, float]) -> float:
     return total
 
 
-def _about_fit(
+def _about_own_fit(
     weighed: WeighedSets,
     key: Key,
-    fitted: Key,
     ground: G,
     scale: UsualSizes,
     set_otherwise: Callable[[G, SettingOff], MemberColumns | None],
 ) -> float:
-    """Return the log weight of a set about the fit of another: members that this one lacks keep their shapes."""
+    """Return the log weight of a set about its own fit."""
     placed = {f"{one.effect.name} {one.place.label}": one for one in ground.present}
-    names = {weighed.members[i].name for i in key}
     columns = []
     prior = sum(weighed.members[i].log_prior for i in key)
     for i in key:
         member = weighed.members[i]
         if member.candidate is not None:
+            # a spring may be part of a whole form of another law, which every hypothesis then has
             if (one := placed.get(member.name)) is None:
-                # a spring may be part of a whole form of another law, which every hypothesis then has
-                if i not in fitted:
-                    effect, place = member.candidate.effect, member.candidate.place
-                    columns.append(columns_of(ground, ground.state.regressor(effect, place, member.shape), scale))
                 continue
             prior += log_share_of(ground, member.candidate, one, scale) - member.log_share
             regressor = ground.state.regressor(one.effect, one.place, one.shape())
@@ -170,10 +159,4 @@ def _about_fit(
             columns.append(set_otherwise(ground, member.setting) or member.columns)
         else:
             columns.append(member.columns)
-    # what the fit has and the set lacks is in the readings again
-    lacked = [
-        columns_of(ground, ground.state.regressor(one.effect, one.place, one.shape()), scale)
-        for name, one in placed.items()
-        if name not in names
-    ]
-    return ground.evidence([*columns, *lacked]).of_set(range(len(columns))) + prior
+    return ground.evidence(columns).of_set(range(len(columns))) + prior

@@ -104,7 +104,11 @@ class RowsOfCampaign(JudgedReadings[RowFit]):
     def with_rivals(self, judged: Judged, fit: RowFit, aside: frozenset[Off]) -> Judged:
         """Return a judgement with the nearest rivals of its set refitted."""
         weighed = with_rivals_refitted(
-            judged.weighed, judged.own, self.scale, lambda members: self._ground(self.fit(members, aside), fit)
+            judged.weighed,
+            judged.own,
+            judged.ground,
+            self.scale,
+            lambda members: self._ground(self.fit(members, aside), fit),
         )
         return replace(judged, weighed=weighed)
 

@@ -43,16 +43,16 @@ def _within_cells(values: Floats) -> Floats:
     count = values.shape[-1]
     if count < LEAST_OF_SPLINE:
         return values[..., None]
-    return np.asarray(values @ _spline(count).T).reshape(*values.shape, OF_CELL)
+    return np.asarray(values @ _spline(count, OF_CELL).T).reshape(*values.shape, OF_CELL)
 
 
 @lru_cache(maxsize=8)
-def _spline(count: int) -> Floats:
-    """Return (count · `OF_CELL`, count) what a cubic spline through values makes in the middles of parts of cells.
+def _spline(count: int, parts: int) -> Floats:
+    """Return (count · parts, count) what a cubic spline through values makes in the middles of parts of cells.
 
     Its third derivative does not jump next to the ends (de Boor, A Practical Guide to Splines, 1978, chapter IV).
     """
-    places = (np.arange(count * OF_CELL) + 0.5) / OF_CELL - 0.5
+    places = (np.arange(count * parts) + 0.5) / parts - 0.5
     left = np.clip(np.floor(places).astype(np.int64), 0, count - 2)
     after = (places - left)[:, None]
     values, inside = np.eye(count), np.arange(1, count - 1)

@@ -212,6 +212,7 @@ class StatesOfCampaign(JudgedReadings[Fit]):
         weighed = with_rivals_refitted(
             judged.weighed,
             judged.own,
+            judged.ground,
             self.scale,
             lambda members: self.ground(self.fit(members, aside), noise, self.data),
             lambda ground, setting: setting_columns(ground, setting, self.given, self.scale),
@@ -336,7 +337,7 @@ class StatesOfCampaign(JudgedReadings[Fit]):
         shared = Shared(space.rows(columns), prior, kinds, lasting)
         return GroundOfStates(
             state, space, shared, about.residual, present, derivative, of_loads, of_time, lingering, louder, scale,
-            alike=alike,
+            alike=alike, of_wrench=noise.of_wrenches(state.data),
         )  # fmt: skip
 
 

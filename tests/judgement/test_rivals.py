@@ -8,40 +8,35 @@ from typing import Any
 import pytest
 
 from stiffcal.judgement import rivals
-from stiffcal.judgement.evidence import Key
 from stiffcal.judgement.priors import MemberKind
 from stiffcal.judgement.sets import WeighedSets
 
 OWN, RIVAL = (0, 1), (0,)
 
 
-def difference(monkeypatch: pytest.MonkeyPatch, rival_there: float, own_there: float) -> float:
+def difference(monkeypatch: pytest.MonkeyPatch, rival_there: float, weights: float = 0.0) -> float:
     """Return by how much the rival leads after its refit; before it is 1.5 behind.
 
     Parameters
     ----------
-    rival_there, own_there : log weights of the rival and of the set about the rival's fit.
+    rival_there : log weight of the rival about its own fit. weights : by how much its weights are larger there.
     """
     members: Any = [SimpleNamespace(name=name, kind=MemberKind.EFFECT, candidate=None, setting=None) for name in "ab"]
     weighed = WeighedSets(members, Any, {OWN: -100.0, RIVAL: -101.5}, {OWN: -100.0, RIVAL: -101.5})  # type: ignore[arg-type, dict-item]
-
-    def about_fit(_: WeighedSets, key: Key, fitted: Key, *others: object) -> float:
-        assert fitted == RIVAL
-        return rival_there if key == RIVAL else own_there
-
-    monkeypatch.setattr(rivals, "_about_fit", about_fit)
+    monkeypatch.setattr(rivals, "_about_own_fit", lambda *others: rival_there)
     monkeypatch.setattr(rivals, "bent_without", lambda weighed, own: [])
-    ground: Any = None
-    found = rivals.with_rivals_refitted(weighed, OWN, ground, lambda members: ground)
+    about: Any
+    there: Any
+    about, there = (SimpleNamespace(log_weights=value) for value in (20.0, 20.0 + weights))
+    scale: Any = None
+    found = rivals.with_rivals_refitted(weighed, OWN, about, scale, lambda members: there)
     return found.log[RIVAL] - found.log[OWN]
 
 
 def test_what_is_bent_is_gained(monkeypatch: pytest.MonkeyPatch) -> None:
-    """About the rival's fit the set without a straight line is 20 better than the one with it."""
-    assert difference(monkeypatch, -90.0, -110.0) == pytest.approx(10.0)
+    assert difference(monkeypatch, -90.0) == pytest.approx(10.0)
 
 
-def test_levels_of_two_fits_do_not_compare(monkeypatch: pytest.MonkeyPatch) -> None:
-    """A fixture's compliance of nothing was certain: it is worth 1.5 about either fit, and all is 6 less about one."""
-    assert difference(monkeypatch, -107.6, -106.0) == pytest.approx(-1.6)
-    assert difference(monkeypatch, -92.0, -90.5) == pytest.approx(-1.5)
+def test_a_steeper_law_makes_readings_less_dense(monkeypatch: pytest.MonkeyPatch) -> None:
+    """The noise of the force is carried into them: with less weight their squares are smaller, so is their density."""
+    assert difference(monkeypatch, -90.0, -12.0) == pytest.approx(-2.0)
