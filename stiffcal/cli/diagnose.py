@@ -2,6 +2,10 @@
 
 from __future__ import annotations
 
+from typing import Annotated
+
+import typer
+
 from stiffcal.cli.answers import answering
 from stiffcal.cli.endings import OK
 from stiffcal.cli.options import HERE, AsJson, Details, Folder, NoUpdate, StoreAt
@@ -16,6 +20,9 @@ def diagnose(
     as_json: AsJson = False,
     no_update: NoUpdate = False,
     store: StoreAt = None,
+    jobs: Annotated[
+        int, typer.Option("--jobs", metavar="N", min=1, help="Number of threads; the answer is the same.")
+    ] = 1,
 ) -> int:
     """Find which physical effect the model lacks.
 
@@ -29,7 +36,9 @@ def diagnose(
         from stiffcal.commands.diagnose import diagnose_campaign
         from stiffcal.stages.steps import RunContext
 
-        context = RunContext(store=store, update=not no_update, progress=answer.progress, notify=answer.notify)
+        context = RunContext(
+            store=store, update=not no_update, jobs=jobs, progress=answer.progress, notify=answer.notify
+        )
         result = diagnose_campaign(folder, context)
         then = following(folder, store, Step.DIAGNOSE)
         answer.show(result, then, ShowOptions(details, folder, store))

@@ -7,7 +7,7 @@ OPTIONS = {
     "ingest": "--store",
     "identify": "--coupling --details --dual-quaternions --loss --no-update --store",
     "validate": "--details --model --no-update --store --thresholds",
-    "diagnose": "--details --no-update --store",
+    "diagnose": "--details --jobs --no-update --store",
     "improve": "--dry-run --likely --no-report --no-update --report --store --yes",
     "compare": "--details --no-update",
     "trend": "--details --max-change --no-update --output",

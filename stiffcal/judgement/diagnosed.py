@@ -94,6 +94,7 @@ def diagnose_states(
     settings: Settings | None = None,
     progress: Progress = no_progress,
     doubt: bool = True,
+    jobs: int = 1,
 ) -> DiagnosedStates:
     """Find what is missing from a model of load states.
 
@@ -106,7 +107,7 @@ def diagnose_states(
         settings = without_noise_dominated(fit_problem(states, robot), robot, settings)
     problem = fit_problem(states, robot)
     fit = fit_observations(problem, robot, settings)
-    campaign = StatesOfCampaign.of(states, robot, fit, catalogue, settings, doubt)
+    campaign = StatesOfCampaign.of(states, robot, fit, catalogue, settings, doubt, jobs)
     judged = judge(campaign, fit, progress)
     reading = read_off(judged)
     kept = ~off_mask(states.run, np.arange(len(states)), dict(reading.doubted))

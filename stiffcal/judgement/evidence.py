@@ -100,15 +100,17 @@ class SetEvidence:
     """What `best_sizes` returned of sets."""
 
     @classmethod
-    def of(cls, readings: Readings, members: Sequence[MemberColumns], noise: NoiseScale) -> SetEvidence:
+    def of(cls, readings: Readings, members: Sequence[MemberColumns], noise: NoiseScale, jobs: int = 1) -> SetEvidence:
         """Prepare.
 
         Parameters
         ----------
         readings : with all that members have in them.
         noise : how well its scale is known.
+        jobs : stacks of columns whose inner products are made at once.
         """
-        inner = InnerProducts.of(readings.shared, [(one.rows, one.place) for one in members], readings.residual)
+        columns = [(one.rows, one.place) for one in members]
+        inner = InnerProducts.of(readings.shared, columns, readings.residual, jobs)
         return cls(members, inner, noise, readings)
 
     def normal(self, chosen: Sequence[int]) -> float:

@@ -92,7 +92,11 @@ class Ground(ABC):
         """Give how each run alone may be off."""
 
     def evidence(
-        self, members: Sequence[MemberColumns], residual: Floats | None = None, shared: Shared | None = None
+        self,
+        members: Sequence[MemberColumns],
+        residual: Floats | None = None,
+        shared: Shared | None = None,
+        jobs: int = 1,
     ) -> SetEvidence:
         """Return the evidence of sets of members, where what is present already can be taken back.
 
@@ -100,6 +104,7 @@ class Ground(ABC):
         ----------
         residual : (r,) whitened, in place of the model's with the members' present parts.
         shared : what every set has, where that is more than what every hypothesis has.
+        jobs : as of `SetEvidence.of`.
         """
         if residual is None:
             residual = self.white
@@ -108,7 +113,7 @@ class Ground(ABC):
                     residual = residual + member.present @ member.rows
         kind = np.broadcast_to(self.space.data.kind[:, None], self.space.free.shape).ravel()
         return SetEvidence.of(
-            Readings(shared or self.shared, residual, self.space.free.ravel(), kind), members, self.noise
+            Readings(shared or self.shared, residual, self.space.free.ravel(), kind), members, self.noise, jobs
         )
 
     def uneven_noise(self) -> Floats:

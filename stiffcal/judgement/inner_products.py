@@ -8,12 +8,14 @@ from __future__ import annotations
 
 from collections.abc import Iterator, Sequence
 from dataclasses import dataclass, field
+from itertools import chain
 
 import numpy as np
 
 from stiffcal.arrays import Floats, Integers
 from stiffcal.judgement.numbers import MOST_KEPT, MOST_SPLIT, NUMBERS_AT_ONCE
 from stiffcal.judgement.shared import Shared, SplitRows
+from stiffcal.judgement.threads import in_order
 
 Columns = tuple[Floats, Integers | None]
 """Whitened columns (q, r) of a member; or (q, p) at positions (p,) where alone they are not 0."""
@@ -65,24 +67,26 @@ class InnerProducts:
     """Of each member (s, q) with the columns of one member at one discrepancy."""
 
     @classmethod
-    def of(cls, shared: Shared, columns: Sequence[Columns], residual: Floats) -> InnerProducts:
+    def of(cls, shared: Shared, columns: Sequence[Columns], residual: Floats, jobs: int = 1) -> InnerProducts:
         """Prepare.
 
         Parameters
         ----------
-        columns : of each member. residual : (r,) with all that members have in it.
+        columns : of each member. residual : (r,) with all that members have in it. jobs : stacks of columns at once.
         """
         left = SplitRows.of(residual[None], shared, wanted=True)
         wanted = float(shared.prior[:, -1] @ shared.prior[:, -1])
         square = left.times(left, shared)[:, 0, 0] + wanted
         constant = np.array([density - own for (_, _, density), (_, own) in zip(shared.grid, shared.own, strict=True)])
-        own, target = [], []
-        for members in _together(columns, len(residual)):
+
+        def products(members: Sequence[int]) -> list[tuple[Floats, Floats]]:
             stack = np.concatenate([_all_rows(columns[i], len(residual)) for i in members])
             ends = np.cumsum([0, *(len(columns[i][0]) for i in members)])
-            for part in SplitRows.of(stack, shared).split(ends.tolist()):
-                own.append(part.times(part, shared))
-                target.append(part.times(left, shared)[:, :, 0])
+            parts = SplitRows.of(stack, shared).split(ends.tolist())
+            return [(part.times(part, shared), part.times(left, shared)[:, :, 0]) for part in parts]
+
+        found = [*chain.from_iterable(in_order(products, _together(columns, len(residual)), jobs))]
+        own, target = [part for part, _ in found], [part for _, part in found]
         return cls(shared, columns, residual, constant, square, own, target)
 
     def of_set(self, chosen: Sequence[int]) -> Inner:

@@ -20,6 +20,7 @@ from stiffcal.judgement.priors import MemberKind, Share, UsualSizes, log_odds, w
 from stiffcal.judgement.rows_off import Off
 from stiffcal.judgement.settings_off import SettingOff
 from stiffcal.judgement.shapes import in_other_form, present_as, shapes_of
+from stiffcal.judgement.threads import in_order
 from stiffcal.judgement.unlisted import UnlistedLaw
 from stiffcal.model.effect import Effect
 
@@ -65,6 +66,7 @@ def list_members(
     others: Iterable[Member] = (),
     expected: float = EXPECTED_EFFECTS,
     progress: Progress = no_progress,
+    jobs: int = 1,
 ) -> list[Member]:
     """Return all members about a model, listed ones in the shapes that the readings do not rule out.
 
@@ -72,28 +74,14 @@ def list_members(
     ----------
     others : mistakes of data and settings.
     expected : effects and laws that are missing in all.
-    progress : receives each candidate.
+    progress : receives each candidate. jobs : candidates at once.
     """
     found: list[Member] = []
     # in an order of their own: which sets are weighed must not hang on the order of a catalogue
-    for done, candidate in enumerate(sorted(candidates, key=lambda one: one.name)):
-        progress(f"comparing effects: {done + 1} of {len(candidates)}", OF_CANDIDATES * done / len(candidates))
-        if candidate.effect.general:
-            continue
-        share = Share(
-            where(candidate.effect, candidate.place),
-            candidate.effect.name,
-            MemberKind.EFFECT,
-            candidate.place.kind != "setup",
-        )
-        for regressor, log_share, settled in shapes_of(ground, candidate, scale):
-            placed = present_as(ground, candidate)
-            whole = placed is not None and in_other_form(candidate, placed)
-            shape = dict(placed.values) if placed is not None and whole else dict(regressor.shape)
-            as_tried = replace(candidate, effect=regressor.effect)
-            columns = columns_of(ground, regressor, scale)
-            member = Member(candidate.name, share, as_tried, shape, log_share, columns, settled=settled)
-            found.append(replace(member, symbols=regressor.symbols))
+    listed = sorted((one for one in candidates if not one.effect.general), key=lambda one: one.name)
+    for done, members in enumerate(in_order(lambda one: _members_of(ground, one, scale), listed, jobs), start=1):
+        progress(f"comparing effects: {done} of {len(listed)}", OF_CANDIDATES * done / len(listed))
+        found += members
     for law in unlisted:
         columns = unlisted_columns(ground, law.columns)
         if not columns.rows.any():
@@ -104,6 +92,22 @@ def list_members(
     names = {member.name: member.share for member in found}
     odds = dict(zip(names, log_odds(list(names.values()), expected), strict=True))
     return [replace(one, log_prior=float(odds[one.name]) + one.log_share) for one in found]
+
+
+def _members_of(ground: Ground, candidate: Candidate, scale: UsualSizes) -> list[Member]:
+    """Return an effect in the shapes that the readings do not rule out."""
+    kind, found = MemberKind.EFFECT, []
+    place = where(candidate.effect, candidate.place)
+    share = Share(place, candidate.effect.name, kind, candidate.place.kind != "setup")
+    for regressor, log_share, settled in shapes_of(ground, candidate, scale):
+        placed = present_as(ground, candidate)
+        whole = placed is not None and in_other_form(candidate, placed)
+        shape = dict(placed.values) if placed is not None and whole else dict(regressor.shape)
+        as_tried = replace(candidate, effect=regressor.effect)
+        columns = columns_of(ground, regressor, scale)
+        member = Member(candidate.name, share, as_tried, shape, log_share, columns, settled=settled)
+        found.append(replace(member, symbols=regressor.symbols))
+    return found
 
 
 def model_of(members: Sequence[Member]) -> frozenset[str]:

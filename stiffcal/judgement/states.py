@@ -67,6 +67,7 @@ def judge_states(
     settings: Settings | None = None,
     progress: Progress = no_progress,
     doubt: bool = True,
+    jobs: int = 1,
 ) -> Judged:
     """Compare all sets of members that are worth it.
 
@@ -78,6 +79,7 @@ def judge_states(
     settings : how fits are made.
     progress : receives a description of each step.
     doubt : whether runs and single readings may be off.
+    jobs : threads in which members are prepared; answers do not depend on it.
 
     Raises
     ------
@@ -85,7 +87,7 @@ def judge_states(
     """
     settings = settings or Settings()
     fit = fit_observations(fit_problem(states, robot), robot, settings)
-    return judge(StatesOfCampaign.of(states, robot, fit, catalogue, settings, doubt), fit, progress)
+    return judge(StatesOfCampaign.of(states, robot, fit, catalogue, settings, doubt, jobs), fit, progress)
 
 
 def _nothing_left(dof: int, n_parameters: int) -> InputError:
@@ -130,6 +132,8 @@ class StatesOfCampaign(JudgedReadings[Fit]):
     """Absolute places of reference states; None where there are none."""
     doubt: bool
     """Whether runs and single readings may be off."""
+    jobs: int
+    """Threads in which members are prepared."""
 
     @property
     def driven(self) -> frozenset[int] | None:
@@ -147,6 +151,7 @@ class StatesOfCampaign(JudgedReadings[Fit]):
         catalogue: Mapping[str, Effect],
         settings: Settings,
         doubt: bool,
+        jobs: int = 1,
     ) -> StatesOfCampaign:
         """Prepare, with the fit of a model: the robot is as large and as loaded as in the runs that took part in it."""
         springs = without_members(fit.robot, catalogue)
@@ -170,11 +175,12 @@ class StatesOfCampaign(JudgedReadings[Fit]):
             given,
             places,
             doubt,
+            jobs,
         )
 
     def about(self, fit: Fit) -> StatesOfCampaign:
         """Return it prepared with another fit."""
-        return StatesOfCampaign.of(self.states, self.model, fit, self.catalogue, self.settings, self.doubt)
+        return StatesOfCampaign.of(self.states, self.model, fit, self.catalogue, self.settings, self.doubt, self.jobs)
 
     def next_to(self, fit: Fit) -> StatesOfCampaign:
         """Return it with the noise that like states of sweeps show next to a model."""
@@ -268,8 +274,8 @@ class StatesOfCampaign(JudgedReadings[Fit]):
         laws = chain(unlisted_laws(ground.state, self.driven), of_weight)
         given = replace(self.given, of_tool=of_tool)
         mistakes = mistakes_and_settings(ground, given, self.scale, self.doubt)
-        members = list_members(ground, self.candidates, self.scale, laws, mistakes, progress=progress)
-        evidence = ground.evidence([one.columns for one in members])
+        members = list_members(ground, self.candidates, self.scale, laws, mistakes, progress=progress, jobs=self.jobs)
+        evidence = ground.evidence([one.columns for one in members], jobs=self.jobs)
         if self.places is not None:
             members = with_reference_places(members, evidence, ground, self.places, self.scale)
         weighed, own = weighed_about(members, evidence, chosen, self.most_off, progress)

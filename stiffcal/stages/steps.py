@@ -83,6 +83,8 @@ class RunContext:
     """Hash all logs and all files of the store, whatever is known of them."""
     overwrite: bool = False
     """Also write to files that hold something stiffcal did not write."""
+    jobs: int = 1
+    """Threads in which effects are compared; answers do not depend on it."""
     trial: TrialModel | None = None
     """A model to work with instead of model.toml; nothing is written then."""
     runs: frozenset[str] | None = None

@@ -27,6 +27,7 @@ SMOKE: dict[str, tuple[object, ...]] = {
     "fit_speed": (10_000, 1),
     "step_speed": (600, 20_500, 1),
     "cost": (5140, 60, 2000, "irb4400"),
+    "judgement_cost": (200,),
     "plan_cost": (30, 600, 60),
     "absolute_cost": (40, 60, 0, (40, 10_000)),
     "batch_speed": (2,),

@@ -13,8 +13,10 @@ from tests.laboratory.mujoco_states import NOISE, Plan, simulate_campaign
 from tests.laboratory.practice_marks import with_practice
 
 
-# What large campaigns cost begins with whole campaigns: `make practice` tries these three.
-@pytest.mark.parametrize("name", with_practice(SMOKE, *(SMOKE.keys() - {"cost", "plan_cost", "absolute_cost"})))
+# What large campaigns cost begins with whole campaigns: `make practice` tries these.
+@pytest.mark.parametrize(
+    "name", with_practice(SMOKE, *(SMOKE.keys() - {"cost", "judgement_cost", "plan_cost", "absolute_cost"}))
+)
 def test_every_benchmark_runs(name: str) -> None:
     assert main(["--smoke", "--only", name]) == 0
 

@@ -49,7 +49,7 @@ CALLS: dict[str, list[str]] = {
     "ingest": ["small"],
     "identify": ["small --loss huber --no-update --details", "small --dual-quaternions", "small --coupling"],
     "validate": ["small --details --thresholds thresholds.toml --no-update", "small --model other"],
-    "diagnose": ["small --details --no-update"],
+    "diagnose": ["small --details --jobs 2 --no-update"],
     "improve": ["small --dry-run --likely --no-update --no-report", "small --yes --report"],
     "compare": ["small other --no-update --details"],
     "trend": ["small other --max-change 9 -o trend.svg --no-update --details", "small other --output trend.pdf"],

@@ -129,3 +129,11 @@ def test_an_effect_is_as_probable_next_to_one_that_was_added_first(with_two_play
         found.append(both / first)
     assert 0.5 < found[0] < 0.95
     assert found == pytest.approx([found[0]] * 3, abs=0.02)
+
+
+@pytest.mark.practice
+def test_several_threads_answer_the_same(with_two_plays: LoadStates) -> None:
+    """To the last bit: each effect is prepared by itself."""
+    known = {name: EFFECTS[name] for name in ("joint-compliance", "backlash", "two-slope")}
+    one, other = (judge_states(with_two_plays, medium_robot(), known, jobs=jobs) for jobs in (1, 3))
+    assert one.weighed.log == other.weighed.log

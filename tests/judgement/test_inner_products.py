@@ -11,6 +11,7 @@ import numpy as np
 import pytest
 
 from stiffcal.arrays import Floats, Integers
+from stiffcal.judgement import inner_products
 from stiffcal.judgement.discrepancy import AlikeRuns, Discrepancy, LouderRun
 from stiffcal.judgement.ground_of_rows import RowData
 from stiffcal.judgement.inner_products import InnerProducts
@@ -203,3 +204,15 @@ def _kinds(
     q = 0 if next_to is None else len(variance)
     louder = LouderRun(3, space.scale.size, place, float(len(place)), basis[:, :q], variance[:q])
     return [(Discrepancy.of_drivers(space, drivers, run, next_to), 0.3), (louder, 0.2)]
+
+
+def test_several_threads_find_the_same(monkeypatch: pytest.MonkeyPatch) -> None:
+    """To the last bit, in the order of the members, with more stacks of columns than threads."""
+    rng = np.random.default_rng(8)
+    shared, white = shared_of(rng, 8), rng.normal(size=8 * PER_RUN)
+    columns = [(rng.normal(size=(1 + k % 3, 8 * PER_RUN)), None) for k in range(20)]
+    monkeypatch.setattr(inner_products, "NUMBERS_AT_ONCE", 4 * 8 * PER_RUN)
+    one, other = (InnerProducts.of(shared, columns, white, jobs) for jobs in (1, 3))
+    assert [part.shape[1] for part in other.own] == [len(rows) for rows, _ in columns]
+    for a, b in zip([*one.own, *one.target], [*other.own, *other.target], strict=True):
+        assert np.array_equal(a, b)

@@ -23,7 +23,7 @@ def diagnose_now(data: Ingested, loss: str, context: RunContext, doubt: bool = T
     ----------
     data : the campaign.
     loss : of the fit.
-    context : progress.
+    context : progress, threads.
     doubt : whether runs and single readings may be off.
     """
     from stiffcal.identification.fitting.identify import Settings
@@ -33,7 +33,8 @@ def diagnose_now(data: Ingested, loss: str, context: RunContext, doubt: bool = T
 
     settings = Settings(loss=loss, fixed=fixed_parameters(data.campaign.model))
     catalogue, _ = all_effects(data.campaign)
-    return diagnose_states(data.states, robot_to_fit(data), catalogue, settings, context.progress, doubt)
+    robot = robot_to_fit(data)
+    return diagnose_states(data.states, robot, catalogue, settings, context.progress, doubt, context.jobs)
 
 
 def diagnosis_of(data: Ingested, found: DiagnosedStates) -> DiagnoseResult:
