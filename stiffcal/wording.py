@@ -230,15 +230,26 @@ def fixed_places(value: float, places: int) -> str:
     return f"{round(value, places) + 0.0:.{places}f}".replace("-", "−")
 
 
-def share(fraction: float | None) -> str:
-    """Return a fraction in per cent.
+def share(fraction: float | None, digits: int = 3) -> str:
+    """Return a fraction in per cent, to so many significant digits.
 
     Examples
     --------
     >>> share(0.2156), share(None)
     ('21.6 %', '–')
     """
-    return DASH if fraction is None or not math.isfinite(fraction) else f"{significant(100 * fraction)} %"
+    return DASH if fraction is None or not math.isfinite(fraction) else f"{significant(100 * fraction, digits)} %"
+
+
+def percent(fraction: float) -> str:
+    """Return a fraction in whole per cent, as sentences have it.
+
+    Examples
+    --------
+    >>> percent(0.2156), percent(0.0)
+    ('22 %', '0 %')
+    """
+    return f"{100.0 * fraction:.0f} %"
 
 
 def explained_in_words(fraction: float | None) -> str:
@@ -249,7 +260,7 @@ def explained_in_words(fraction: float | None) -> str:
     >>> explained_in_words(0.9713), explained_in_words(1.04), explained_in_words(-0.2), explained_in_words(None)
     ('97 %', '100 %', '0 %', '–')
     """
-    return DASH if fraction is None else f"{100.0 * min(max(fraction, 0.0), 1.0):.0f} %"
+    return DASH if fraction is None else percent(min(max(fraction, 0.0), 1.0))
 
 
 def probability_in_words(p: float) -> str:
@@ -264,7 +275,7 @@ def probability_in_words(p: float) -> str:
         return "under 1 %"
     if p >= 0.999:
         return "over 99.9 %"
-    return f"{100.0 * p:.1f} %" if p >= 0.95 else f"{100.0 * p:.0f} %"
+    return f"{100.0 * p:.1f} %" if p >= 0.95 else percent(p)
 
 
 def place_label(where: PlacesOfEffect) -> str:

@@ -40,6 +40,7 @@ from stiffcal.results.batch_results import (
 from stiffcal.results.error_result import FaultEntry
 from stiffcal.results.identify_result import IdentifyResult
 from stiffcal.results.validate_result import ValidateResult
+from stiffcal.stages.diagnoses.current import shifted_by_missing
 from stiffcal.stages.fit import current_fit, fit_now, store_fit
 from stiffcal.stages.steps import (
     VALIDATE,
@@ -186,6 +187,7 @@ def _earlier_thresholds(data: Ingested) -> dict[str, object] | None:
 def _with_numbers(
     outcome: CampaignOutcome, data: Ingested, identified: IdentifyResult, validation: ValidateResult
 ) -> CampaignOutcome:
+    shifted = shifted_by_missing(data, identified)
     return replace(
         outcome,
         name=data.campaign.name,
@@ -201,6 +203,7 @@ def _with_numbers(
                 where=parameter.where,
                 stiffness=parameter.known_stiffness,
                 stiffness_std=parameter.known_stiffness_std,
+                shifted=None if shifted is None else parameter.name in shifted,
             )
             for parameter in identified.parameters
             if parameter.is_compliance

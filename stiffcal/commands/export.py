@@ -10,6 +10,8 @@ from stiffcal.campaign.loading import load_campaign
 from stiffcal.compensation.exports.row_options import RowOptions
 from stiffcal.results.command_results import ExportResult
 from stiffcal.results.identify_result import IdentifyResult
+from stiffcal.results.value_words import shifted_warning
+from stiffcal.stages.diagnoses.current import shifted_by_missing
 from stiffcal.stages.exported import model_document, readings_with_fit, states_with_residuals
 from stiffcal.stages.fit import up_to_date_fit_at_hand
 from stiffcal.stages.steps import Ingested, RunContext, up_to_date_states
@@ -82,6 +84,8 @@ def export_campaign(
         holds = f"the model of fit {identified.fit_id} with uncertainty"
     else:
         holds, warnings = _write_robot(data, identified, output, rows or RowOptions(), context)
+    if ending not in TABLES:
+        warnings += shifted_warning(shifted_by_missing(data, identified) or ())
     return ExportResult(warnings=warnings, file=str(output), holds=holds)
 
 

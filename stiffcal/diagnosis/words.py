@@ -17,7 +17,7 @@ from stiffcal.measurements.rms import Rms
 from stiffcal.model.effect import Place
 from stiffcal.model.summary import EffectAt
 from stiffcal.quantity import of_measure, quantity_of
-from stiffcal.wording import in_unit, length, place
+from stiffcal.wording import in_unit, length, percent, place
 
 PLACE_WORDS = {"joints": "joint", "links": "link", "pairs": "joints"}
 
@@ -66,7 +66,7 @@ def suggested_name(pattern: CompliancePattern) -> str:
 
 def pattern_in_words(pattern: CompliancePattern | PatternAlternative) -> str:
     """Return which joint's compliance follows what, and the share of the error that it explains."""
-    share = f"{100.0 * pattern.share:.0f} % of the remaining error"
+    share = f"{percent(pattern.share)} of the remaining error"
     return f"the compliance of joint {pattern.joint} depends on the {what_is_followed(pattern)} ({share})"
 
 

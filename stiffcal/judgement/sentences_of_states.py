@@ -16,7 +16,7 @@ from stiffcal.judgement.numbers import FEW_POSES
 from stiffcal.judgement.sentences import answer_of
 from stiffcal.measurements.rms import Rms
 from stiffcal.validation.schemes import held_out
-from stiffcal.wording import probability_in_words, significant
+from stiffcal.wording import percent, probability_in_words, significant
 
 
 def summary_of(
@@ -40,7 +40,7 @@ def summary_of(
     geometry = found.wrong_geometry
     if geometry is not None and geometry.explains >= LEAST_EXPLAINED and not found.adequate:
         texts.append(
-            f"Errors of the robot's geometry explain {100.0 * geometry.explains:.0f} % of the avoidable error, of the "
+            f"Errors of the robot's geometry explain {percent(geometry.explains)} of the avoidable error, of the "
             "size that absolute positions show: correct robot.toml before adding any effect."
         )
     texts += answer_of(found, against, structure, noise)

@@ -5,7 +5,7 @@ from __future__ import annotations
 from dataclasses import dataclass
 from typing import TYPE_CHECKING
 
-from stiffcal.wording import length, significant
+from stiffcal.wording import length, share
 
 if TYPE_CHECKING:
     from stiffcal.campaign.loading import Campaign
@@ -60,7 +60,7 @@ def _of_section(campaign: Campaign, link: str) -> list[str]:
     beam = campaign.chain.beams[link]
     if beam.section is None:
         return []
-    along_2, along_3 = (f"{significant(100.0 * share, 2)} %" for share in beam.section.shear_share(beam.length))
+    along_2, along_3 = (share(part, 2) for part in beam.section.shear_share(beam.length))
     text = (
         f"shear, not included in the beam, adds {along_2} (x2) and {along_3} (x3) to the deflection of the end of "
         f"{link} by a force there: rods along the link do not measure it, oblique rods interpret it as bending and "

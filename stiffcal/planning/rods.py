@@ -13,7 +13,7 @@ from stiffcal.measurements.rods import BeamProperties, Rods, rods_between
 from stiffcal.mechanics.beam import TORSION, UNKNOWNS
 from stiffcal.quantity import LENGTH, of_component
 from stiffcal.uncertainty import NORMAL_95
-from stiffcal.wording import in_unit, significant
+from stiffcal.wording import in_unit, percent, significant
 
 # Uncertainty of a length gauge where none is stated: what the paper's class of gauges reaches.
 USUAL_SIGMA = 1e-6
@@ -192,7 +192,7 @@ def _unmeasured(view: RodObservability) -> tuple[str, ...]:
     moments = [error for error in view.mistakes if error.load in view.taken_as_absent and "moment" in error.load]
     sentences += [
         f"a {error.load} at the end of {view.link} is interpreted as a force: error of the end displacement "
-        f"{100 * error.relative:.0f} % of that of the moment"
+        f"{percent(error.relative)} of that of the moment"
         for error in moments
     ]
     return tuple(sentences)

@@ -7,7 +7,7 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from stiffcal.arrays import Floats
-from stiffcal.wording import fixed_places, significant
+from stiffcal.wording import fixed_places, share, significant
 
 if TYPE_CHECKING:
     from stiffcal.identification.answers.observability import ObservabilityIndices
@@ -32,11 +32,8 @@ def another_hour_text(n_runs: int, hour: AnotherHour) -> str:
     count = f"{hour.runs} more" if hour.runs > 1 else "1 more, the minimum"
     if hour.smaller < LEAST_SHARE:
         return f"after {n_runs} runs another hour ({count}) does not reduce the largest half width"
-    text = (
-        f"after {n_runs} runs another hour ({count}) reduces the largest half width by "
-        f"{significant(100.0 * hour.smaller, 2)} %"
-    )
-    return text if hour.worst_relative is None else f"{text}: ± {significant(100.0 * hour.worst_relative, 2)} %"
+    text = f"after {n_runs} runs another hour ({count}) reduces the largest half width by {share(hour.smaller, 2)}"
+    return text if hour.worst_relative is None else f"{text}: ± {share(hour.worst_relative, 2)}"
 
 
 def remedy_text(remedy: Remedy) -> str:

@@ -20,7 +20,7 @@ from stiffcal.mechanics.like_poses import SAME_POSE_RAD, pose_groups
 from stiffcal.propose.column_roles import Role, Roles
 from stiffcal.propose.table_sniffing import SniffedColumn
 from stiffcal.table_layout.layout import NAMELESS
-from stiffcal.wording import length
+from stiffcal.wording import length, percent
 
 # Beyond one turn and a bit a number is no radian; no displacement under load is as large; places of a robot are closer
 # in m. As for columns whose names are known but not their units.
@@ -66,7 +66,7 @@ def of_states(columns: Sequence[SniffedColumn], chain: Chain, tool: Floats) -> R
     if loaded and loaded[0][0] >= _FOLLOWS:
         share, joints_role, force_role, moved_role = loaded[0]
         if len(loaded) == 1 or 1.0 - loaded[1][0] > _CLEARLY * (1.0 - share):
-            why = f"the joints' springs explain {100 * share:.0f} % of the displacements with no other columns"
+            why = f"the joints' springs explain {percent(share)} of the displacements with no other columns"
             return Roles(
                 joints=replace(joints_role, doubt=why),
                 force=replace(force_role, doubt=why),

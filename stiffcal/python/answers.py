@@ -107,9 +107,10 @@ class FittedModel(CampaignAnswer):
 
         ``value``, ``std``, ``low_95`` and ``high_95`` are in ``unit``, ``stiffness…`` in ``stiffness_unit``,
         ``from_geometry`` is the share of the variance that the geometry's tolerance makes; NaN where
-        these data do not identify it.
+        these data do not identify it. ``shifted`` is true of a value that what the model lacks shifts beyond its
+        interval, None where the fit is not diagnosed.
         """
-        return parameters_frame(self.result.parameters)
+        return parameters_frame(self.result.parameters, self.result.shifted)
 
     @property
     def covariance(self) -> pd.DataFrame:

@@ -7,7 +7,7 @@ processor that is paid when the first table is asked for; tables are what notebo
 from __future__ import annotations
 
 import math
-from collections.abc import Iterable, Mapping, Sequence
+from collections.abc import Collection, Iterable, Mapping, Sequence
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
@@ -42,17 +42,18 @@ def frame_of_rows(rows: Iterable[Mapping[str, Any]], columns: Sequence[str] = ()
     return frame if len(frame.columns) else frame_of(None, columns=list(columns))
 
 
-def parameters_frame(parameters: Iterable[IdentifiedParameter]) -> pd.DataFrame:
+def parameters_frame(parameters: Iterable[IdentifiedParameter], shifted: Collection[str] | None = None) -> pd.DataFrame:
     """Return the parameters of a fit, one a row, by their full names; unknown numbers are NaN.
 
     Parameters
     ----------
-    parameters : of the fit.
+    parameters : of the fit. shifted : names of values that adding what the model lacks moves beyond their intervals;
+        None: not diagnosed.
     """
     rows = []
     for parameter in parameters:
         low, high = parameter.interval or (None, None)
-        row: dict[str, str | float | bool] = {
+        row: dict[str, str | float | bool | None] = {
             "parameter": parameter.name,
             "effect": parameter.effect,
             "place": place_label(parameter.where),
@@ -67,6 +68,7 @@ def parameters_frame(parameters: Iterable[IdentifiedParameter]) -> pd.DataFrame:
             "fixed": parameter.fixed,
             "identifiable": parameter.identifiable,
             "at_bound": parameter.at_bound,
+            "shifted": None if shifted is None else parameter.name in shifted,
         }
         low, high = (parameter.stiffness_interval if parameter.is_compliance else None) or (None, None)
         row |= {

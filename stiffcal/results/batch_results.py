@@ -77,6 +77,8 @@ class IdentifiedStiffness:
     """One over the compliance; None where these data do not identify it."""
     stiffness_std: Number
     """Its standard uncertainty."""
+    shifted: bool | None = None
+    """Whether adding what the model lacks moves it beyond its 95 % interval; None where the fit is not diagnosed."""
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)

@@ -40,6 +40,17 @@ def shifted_values(changes: Iterable[BeforeAfter]) -> frozenset[str]:
     return frozenset(change.name for change in changes if change.outside_interval and change.after is not None)
 
 
+def shifted_warning(names: Collection[str]) -> list[str]:
+    """Return what whoever takes over a model's values has to know of those that are shifted; nothing where none is.
+
+    Examples
+    --------
+    >>> shifted_warning({"joint-compliance.j4.c"})
+    ['shifted by what the model lacks, not to be used: joint-compliance.j4.c']
+    """
+    return [f"{SHIFTED}, not to be used: {listing(sorted(names))}"] if names else []
+
+
 def value_text(estimate: Estimate, unit: ShownUnit) -> str:
     """Return a value with its 95 % interval in the unit of its column; in words where none was found.
 

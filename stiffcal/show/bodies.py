@@ -6,7 +6,7 @@ from collections.abc import Sequence
 from typing import TYPE_CHECKING
 
 from stiffcal.show.builder import PageBuilder, number
-from stiffcal.wording import significant
+from stiffcal.wording import percent, significant
 
 if TYPE_CHECKING:
     from stiffcal.identification.bodies.body_results import CartesianStiffnessResult, JointByItself, JointLineResult
@@ -70,4 +70,4 @@ def add_cartesian(made: PageBuilder, poses: Sequence[CartesianStiffnessResult]) 
 
 def _lost_shares(poses: Sequence[CartesianStiffnessResult]) -> str:
     """Return the share that noise leaves of eq. 15 in the weakest direction, pose by pose."""
-    return ", ".join(f"{100.0 * pose.over_noise / (1.0 + pose.over_noise):.0f} %" for pose in poses)
+    return ", ".join(percent(pose.over_noise / (1.0 + pose.over_noise)) for pose in poses)

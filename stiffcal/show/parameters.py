@@ -9,7 +9,7 @@ from typing import TYPE_CHECKING
 from stiffcal.quantity import Units
 from stiffcal.results.value_words import SHIFTED, SHIFTED_WORD, as_shown, remark, value_text
 from stiffcal.show.builder import PageBuilder, number
-from stiffcal.wording import place
+from stiffcal.wording import percent, place
 
 if TYPE_CHECKING:
     from stiffcal.identification.answers.fit_results import IdentifiedParameter
@@ -162,7 +162,7 @@ def add_parameters(
 
 def _share_from_geometry(parameter: IdentifiedParameter) -> str:
     """Return how much of the variance the geometry's tolerance makes, in per cent."""
-    return "" if parameter.from_geometry is None else f"{100.0 * parameter.from_geometry:.0f} %"
+    return "" if parameter.from_geometry is None else percent(parameter.from_geometry)
 
 
 def _place(parameter: IdentifiedParameter) -> str:

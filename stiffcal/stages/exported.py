@@ -9,6 +9,7 @@ from stiffcal.errors import InputError
 from stiffcal.fault_codes import FaultCode
 from stiffcal.results.identify_result import IdentifyResult
 from stiffcal.revision import REVISION
+from stiffcal.stages.diagnoses.current import shifted_by_missing
 from stiffcal.stages.steps import HELDOUT_STATES, Ingested
 
 if TYPE_CHECKING:
@@ -49,7 +50,8 @@ def readings_with_fit(data: Ingested) -> pa.Table:
 
 
 def model_document(data: Ingested, identified: IdentifyResult) -> Document:
-    """Return the fit with its model, robot and covariance."""
+    """Return the fit with its model, robot and covariance, and the names of values that what it lacks shifts."""
+    shifted = shifted_by_missing(data, identified)
     return {
         "schema": "stiffcal/model-export/1",
         "revision": REVISION,
@@ -58,6 +60,7 @@ def model_document(data: Ingested, identified: IdentifyResult) -> Document:
         "robot": data.campaign.robot.model_dump(mode="json", by_alias=True, exclude_none=True),
         "model": document_of(identified.model),
         "parameters": [document_of(parameter) for parameter in identified.parameters],
+        "shifted": None if shifted is None else sorted(shifted),
         "free_parameters": identified.free_parameters,
         "covariance": identified.covariance,
     }

@@ -14,7 +14,6 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 from stiffcal.documents import Document
-from stiffcal.measurements.columns import Columns
 from stiffcal.store.finding import find_generation
 from stiffcal.store.generations import (
     GENERATIONS,

@@ -247,6 +247,6 @@ def _drift(joint: str, change: Change, limit: float, judged: int, name: str) -> 
             "max_drift", joint, limit, drift, "", False, f"{words}, p = {significant(chance, 1)}: above {bound}"
         )
     if limit and blur > limit:
-        text = f"{words}, uncertainty ± {significant(100 * blur, 2)} %: {bound} cannot be judged"
+        text = f"{words}, uncertainty ± {share(blur, 2)}: {bound} cannot be judged"
         return ThresholdCheck("max_drift", joint, limit, drift, "", None, text)
     return ThresholdCheck("max_drift", joint, limit, drift, "", True, f"{words}: within {bound}")

@@ -19,6 +19,7 @@ import pytest
 import stiffcal
 from stiffcal.cli.app import main
 from stiffcal.commands.compare import compare_campaigns
+from stiffcal.commands.export import export_campaign
 from stiffcal.fault_codes import FaultCode
 from stiffcal.planning.campaign.request import PlanRequest
 from stiffcal.planning.results import ExpectedParameter
@@ -345,7 +346,7 @@ def test_a_trial_that_cannot_be_is_named(
         session.with_effect(effect, joints=joints)
 
 
-def test_diagnosis_in_tables(with_play: stiffcal.CampaignSession) -> None:
+def test_diagnosis_in_tables(with_play: stiffcal.CampaignSession, tmp_path: Path) -> None:
     diagnosis = with_play.diagnose()
     assert diagnosis.adequate is False
     assert diagnosis.missing[["effect", "place"]].to_numpy().tolist() == [["backlash", "j4"]]
@@ -365,6 +366,10 @@ def test_diagnosis_in_tables(with_play: stiffcal.CampaignSession) -> None:
     fit = with_play.identify()
     assert moved == set(fit.to_dict()["shifted"])
     assert fit.summary().count(SHIFTED) == len(moved) > 0
+    assert set(fit.parameters.index[fit.parameters["shifted"]]) == moved
+    exported = export_campaign(with_play.folder, output=tmp_path / "model.json")
+    assert json.loads((tmp_path / "model.json").read_text())["shifted"] == sorted(moved)
+    assert all(name in exported.warnings[0] for name in moved)
     compared = compare_campaigns(with_play.folder, with_play.folder)
     assert {one.name for one in compared.before_after if one.after is not None and one.after.is_shifted} == moved
 

@@ -13,7 +13,7 @@ from stiffcal.fault_codes import FaultCode
 from stiffcal.ingest.checks.results import CheckedJoint, CheckedNoise
 from stiffcal.propose.noise import ENOUGH_PAIRS
 from stiffcal.uncertainty import NORMAL_95, is_poorly_known
-from stiffcal.wording import length, significant
+from stiffcal.wording import length, percent, significant
 
 if TYPE_CHECKING:
     from stiffcal.campaign.loading import Campaign
@@ -218,7 +218,7 @@ def _what_would_show(fit: Fit, number: int, own: Parameter, relative: float | No
         poses = fit.data.n_measured * (KNOWN * relative) ** 2
         ways += [f"about {significant(poses, 2)} such poses in all"] if poses <= MOST_POSES else []
     ways += [f"{significant(mass, 2)} kg at the flange in half of the poses"] if mass is not None else []
-    return f"; {' or '.join(ways)} would give ± {100.0 * NORMAL_95 / KNOWN:.0f} % or better" if ways else ""
+    return f"; {' or '.join(ways)} would give ± {percent(NORMAL_95 / KNOWN)} or better" if ways else ""
 
 
 def _open_geometry(fit: Fit) -> tuple[list[str], tuple[str, ...]]:

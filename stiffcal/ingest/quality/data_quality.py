@@ -56,6 +56,7 @@ from stiffcal.reduction.logs.sampled_readings import ReadingSampler
 from stiffcal.reduction.logs.summary import LogSummary
 from stiffcal.reduction.set_aside.displacement_measured import check_displacement_measured
 from stiffcal.reduction.states.raw_states import RawStates
+from stiffcal.wording import percent
 
 # States below which rods are not judged: a quick look has one of each run.
 ENOUGH_FOR_RODS = 12
@@ -353,7 +354,7 @@ def _turned(states: LoadStates, campaign: Campaign) -> list[Fault]:
     on_flange = frame is not None and frame.parent == "flange"
     where = "write about" if on_flange else "its axes against the flange's are about"
     reason = (
-        f"joint-compliance explains {100.0 * found.declared:.0f} % of the deflection, and {100.0 * found.turned:.0f} % "
+        f"joint-compliance explains {percent(found.declared)} of the deflection, and {percent(found.turned)} "
         f"with the sensor turned by {found.turn_deg:.0f}°"
     )
     mend = f"{where} {written}, as its mounting shows it, or check the order and signs of the force's columns"

@@ -18,7 +18,7 @@ from stiffcal.mistakes.force_zero.motion_evidence import likeliest
 from stiffcal.mistakes.force_zero.moved_zero import MovedZero, ZeroChange
 from stiffcal.mistakes.force_zero.tables import rounded_readings
 from stiffcal.reduction.loads.motion import motion_of
-from stiffcal.wording import significant
+from stiffcal.wording import share
 
 # A change of stiffness that no one would act on.
 LEAST_CHANGE = 0.001
@@ -169,7 +169,4 @@ def _bias_words(bias: StiffnessBias | None, chain: Chain) -> str:
         return "; no joint's stiffness changes by more than 0.1 %"
     size = "large" if bias.share > 0.0 else "small"
     name = chain.joint_names[bias.drive]
-    return (
-        f"; with these zeros the stiffness of joint {name} comes out "
-        f"{significant(100.0 * abs(bias.share), 2)} % too {size}"
-    )
+    return f"; with these zeros the stiffness of joint {name} comes out {share(abs(bias.share), 2)} too {size}"

@@ -13,6 +13,7 @@ from stiffcal.report import wording
 from stiffcal.report.figures import canvas
 from stiffcal.report.figures.ladder import Rung, fill_ladder, label_lines
 from stiffcal.report.figures.robot_poses import side_view
+from stiffcal.wording import percent
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes
@@ -126,7 +127,7 @@ def _draw_robot(axes: Axes, numbers: Axes, run: ReportRun, shares: Sequence[Plac
             fontsize=6, zorder=5,
         )  # fmt: skip
     written = [place for place in shares if place.share >= _LEAST_WRITTEN][:_MOST_WRITTEN]
-    text = "\n".join(["share of the deflection", *(f"{place.label}  {100.0 * place.share:.0f} %" for place in written)])
+    text = "\n".join(["share of the deflection", *(f"{place.label}  {percent(place.share)}" for place in written)])
     numbers.annotate(text, (1.0, 0.5), xycoords="axes fraction", ha="right", va="center", fontsize=6)
     numbers.set_axis_off()
     axes.set_aspect("equal", adjustable="datalim")

@@ -21,6 +21,7 @@ from stiffcal.report.blocks import (
 from stiffcal.report.compensation_content import ComparedPose, TimePair, WithAndWithout
 from stiffcal.report.content import ReportContent
 from stiffcal.report.figures import with_and_without as drawing
+from stiffcal.wording import percent
 
 ORDER = 55
 _TITLE = "With and without compensation"
@@ -67,7 +68,7 @@ def _answer(poses: list[ComparedPose]) -> str:
     text = (
         f"With compensation, the error under load decreases from {wording.length(before)} to "
         f"{wording.length(after)} (rms over {wording.count(len(poses), 'pose')} measured with and without): "
-        f"{100.0 * (1.0 - after / before):.0f} % of the deflection is compensated."
+        f"{percent(1.0 - after / before)} of the deflection is compensated."
     )
     over = [pose for pose in poses if _reverses_motion(pose)]
     if over:

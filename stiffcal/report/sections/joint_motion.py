@@ -173,7 +173,7 @@ def _cartesian(poses: list[CartesianStiffnessResult]) -> list[Block]:
         ):
             diagonal = [float(matrix[k, k]) * of_stiffness(k).usual.factor for k in range(6)]
             rows.append((pose.run, words, *(wording.significant(value) for value in diagonal)))
-    shares = wording.listing(f"{100.0 * pose.over_noise / (1.0 + pose.over_noise):.0f} %" for pose in poses)
+    shares = wording.listing(wording.percent(pose.over_noise / (1.0 + pose.over_noise)) for pose in poses)
     text = (
         "If the loads at one pose cover all six directions, the Cartesian stiffness at the target follows from "
         "wrenches and displacements alone. Eq. 15 of Schneider et al. (2014) takes the displacements as exact; their "

@@ -104,7 +104,7 @@ def _coupling(coupling: CouplingResult) -> list[Block]:
 def _estimate(estimate: CoupledEstimate | None, way: Way) -> str:
     if estimate is None or not estimate.value:
         return wording.DASH
-    half = f"± {wording.significant(100.0 * NORMAL_95 * abs(estimate.std / estimate.value), 2)} %"
+    half = f"± {wording.share(NORMAL_95 * abs(estimate.std / estimate.value), 2)}"
     if way == "with-rods" or estimate.against_rods is None:
         return f"{wording.significant(estimate.value)} {half}"
     return f"{100.0 * estimate.against_rods:+.1f} % ({half})".replace("-", "−")

@@ -9,7 +9,7 @@ import numpy as np
 from stiffcal.planning.wording import CANDIDATES, OWN_WEIGHT, another_hour_text, indices_text, remedy_text
 from stiffcal.quantity import JOINT_ANGLE, Units, quantity_of
 from stiffcal.show.builder import PageBuilder, number
-from stiffcal.wording import DASH, count, fixed_places, length, significant
+from stiffcal.wording import DASH, count, fixed_places, length, percent, significant
 
 if TYPE_CHECKING:
     from stiffcal.planning.results import PlanResult
@@ -110,7 +110,7 @@ def _add_gain(made: PageBuilder, result: PlanResult, details: bool) -> None:
             "efficiency",
         )
     for goal in result.goals or ():
-        text = f"  {goal.goal}, {100.0 * goal.weight:.0f} % of the goal: {goal.efficiency:.2f} for this goal alone"
+        text = f"  {goal.goal}, {percent(goal.weight)} of the goal: {goal.efficiency:.2f} for this goal alone"
         made.say(text, "goal")
 
 

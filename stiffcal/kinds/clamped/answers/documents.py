@@ -24,7 +24,7 @@ from stiffcal.kinds.clamped.held.faults import TOO_SHORT, loaded_words
 from stiffcal.kinds.clamped.logs.sweeps import is_too_short
 from stiffcal.kinds.clamped.loops.torque_angle import SLOPE_SHARE
 from stiffcal.kinds.measured import MeasuredRuns
-from stiffcal.wording import listing
+from stiffcal.wording import listing, percent
 
 if TYPE_CHECKING:
     import pyarrow as pa
@@ -192,7 +192,7 @@ def clamped_warnings(data: MeasuredRuns, runs: tuple[ClampedRun, ...], joints: t
             texts.append(contradiction)
         if run.others_share > 0.05:
             texts.append(
-                f"run {run.name}: other joints take up {100.0 * run.others_share:.0f} % of the motion of joint "
+                f"run {run.name}: other joints take up {percent(run.others_share)} of the motion of joint "
                 f"{names[run.joint - 1]} in this pose; it is subtracted with their own curves"
             )
     if any(run.chain.source == "motor torque" for run in runs):

@@ -13,7 +13,7 @@ from stiffcal.kinds.clamped.held.saturation import Saturation, find_saturation
 from stiffcal.kinds.clamped.logs.readings import ClampedReadings
 from stiffcal.kinds.clamped.logs.sweeps import cut_sweeps, driven_one_way, is_too_short, loop_corners
 from stiffcal.measurements.varying import varies
-from stiffcal.wording import significant
+from stiffcal.wording import percent, significant
 
 # A held flange lets the moved drive alone give, and no other then carries a torque that follows the motion. Links and
 # fixtures give too, some hundredths of a drive's as a rule; beyond this the numbers do not belong together.
@@ -88,7 +88,7 @@ def loaded_words(run: str, chain: ClampedChain, names: Sequence[str]) -> str:
         return ""
     other_joint, share = loaded
     driven, with_it = names[chain.joint - 1], names[other_joint - 1]
-    size = f"{100.0 * share:.0f} % of that on {driven}" if share < 10.0 else f"{share:.0f} times that on {driven}"
+    size = f"{percent(share)} of that on {driven}" if share < 10.0 else f"{share:.0f} times that on {driven}"
     return (
         f"run {run}: the motion of {driven} produces a torque on {with_it}, {size}; a clamped flange loads the "
         "driven joint only: check the pose (joints_deg, units of the angles), the sensor's frame and the units of "

@@ -24,7 +24,7 @@ from stiffcal.kinds.measured import MeasuredRuns
 from stiffcal.measurements.rms import Rms
 from stiffcal.model.summary import EffectInModel, Where
 from stiffcal.validation.results import ErrorSlice
-from stiffcal.wording import significant
+from stiffcal.wording import share, significant
 
 if TYPE_CHECKING:
     import pyarrow as pa
@@ -248,7 +248,7 @@ def expected_words(fit: FrictionFit) -> str:
     relative = rms_of(fit.residual) / max(rms_of(fit.friction), 1e-300)
     return (
         f"residual of the friction of a drive: {significant(rms_of(fit.residual))} N·m rms over the measured speeds, "
-        f"{significant(100.0 * relative)} % of it"
+        f"{share(relative)} of it"
     )
 
 
