@@ -23,8 +23,8 @@ class NarrowTable(Table):
     """A table whose columns are as wide as their longest word at least; numbers (aligned right) are never wrapped.
 
     Columns without room stand in further parts below, each with the first column again. A column without a title (a
-    unit, a remark) stays with the one before it. Before that secondary columns go, from the last on, and a line names
-    them.
+    unit, a remark) stays with the one before it. Before that, and before a cell wraps, secondary columns go, from the
+    last on, and a line names them.
     """
 
     secondary: frozenset[int] = frozenset()
@@ -34,12 +34,15 @@ class NarrowTable(Table):
         titles = [str(column.header) for column in self.columns]
         cells = [[str(cell) for cell in column._cells] for column in self.columns]
         least = [_least_width(column, texts) for column, texts in zip(self.columns, cells, strict=True)]
+        unwrapped = [max([width, *map(cell_len, texts)]) for width, texts in zip(least, cells, strict=True)]
         starts = [k for k, title in enumerate(titles) if k == 0 or title]
         groups = [list(range(a, b)) for a, b in pairwise([*starts, len(titles)])]
         room = options.max_width + GAP
         left_out: list[str] = []
         for group in [group for group in reversed(groups) if group[0] in self.secondary]:
-            if sum(least[k] + GAP for kept in groups for k in kept) > room:
+            if sum(unwrapped[k] + GAP for kept in groups for k in kept) > room:
+                # a unit that stands behind it belongs to the number before it
+                groups[groups.index(group) - 1] += [k for k in group[1:] if k not in self.secondary]
                 groups.remove(group)
                 left_out.insert(0, titles[group[0]])
         parts = [groups[0].copy()] if groups else []

@@ -71,3 +71,17 @@ def test_a_unit_stays_with_its_number() -> None:
 
 def test_a_sentence_in_a_pipe_is_one_line() -> None:
     assert SENTENCE in printed(80, terminal=False).splitlines()
+
+
+def test_a_secondary_column_goes_before_a_cell_wraps_and_a_unit_stays_with_its_number() -> None:
+    stream = StringIO()
+    console = AnswerConsole(
+        file=stream, width=50, force_terminal=True, color_system=None, highlight=False, markup=False
+    )
+    table = plain_table("effect", "stiffness>", "share>", "", secondary=[2])
+    table.add_row("joint-compliance", "2.70·10⁶", "56 %", "N·m/rad  shifted")
+    console.print(table)
+    assert [line.split() for line in stream.getvalue().splitlines()[-2:]] == [
+        ["joint-compliance", "2.70·10⁶", "N·m/rad", "shifted"],
+        ["no", "room", "for:", "share"],
+    ]

@@ -252,7 +252,7 @@ def _next_step(content: ReportContent) -> str:
         return "see “Missing effects”: the remaining error follows none of the variables that were tried"
     if diagnosis.unexplained:
         return "see “Missing effects”: variables on which the remaining error depends"
-    removes = "; stiffcal remove DIR EFFECT takes out what is not needed" if diagnosis.superfluous else ""
+    removes = "; remove what is not needed: stiffcal remove" if diagnosis.superfluous else ""
     # a model of friction alone gives under no load
     bends = content.identify is None or content.identify.has_states
     use = "stiffcal predict, map, compensate" if bends else "stiffcal export DIR -o model.json"
