@@ -31,6 +31,7 @@ FIXED: Mapping[str, str] = {
     "INCH": "defined",
     "FOOT": "defined",
     "HOUR_S": "defined",
+    "DAY_S": "defined",
     "ENDS": "ends of integers",
     "WHOLE": "a mark",
     "UNLOADED": "a name",

@@ -2,15 +2,19 @@
 
 from __future__ import annotations
 
+import re
 from dataclasses import replace
+from pathlib import Path
 
 import numpy as np
 import pytest
 
 from stiffcal.arrays import Floats
 from stiffcal.campaign.loading import load_campaign
-from stiffcal.errors import Fault
+from stiffcal.errors import Fault, InputError, no_progress
 from stiffcal.fault_changes import InputChange
+from stiffcal.fault_codes import FaultCode
+from stiffcal.ingest.reading.reducing import reduce_campaign
 from stiffcal.mechanics.kinematics import attached_poses
 from stiffcal.mechanics.rotations import rotation_from_vector
 from stiffcal.mistakes.catalogue.loads.wrench_columns import FORCES_ALONE
@@ -20,7 +24,7 @@ from stiffcal.mistakes.references.kinematics import check_kinematics
 from stiffcal.mistakes.references.match import match_kinematics
 from stiffcal.quantities import unit
 from stiffcal.quaternions import quaternion_from_rotation, rotation_from_quaternion
-from tests.laboratory.hidden_campaigns import NAMES, folder_of, reduced
+from tests.laboratory.hidden_campaigns import NAMES, copied, folder_of, reduced
 from tests.laboratory.robots import DEGREES
 
 
@@ -204,3 +208,15 @@ def test_a_target_mounted_turned_is_no_fault() -> None:
         check_kinematics(replace(states, rotation=states.rotation @ mounting), chain, estimated=False, stated=DEGREES)
         == []
     )
+
+
+def test_the_one_change_is_named_where_no_frames_are_found(tmp_path: Path) -> None:
+    folder = copied("01", tmp_path)
+    manifest = folder / "campaign.toml"
+    text = manifest.read_text("utf-8")
+    estimated = re.sub(r"(\[frames.tracker\]\nparent = \"base\"\n)(.*\n){2}", r"\1estimate = true\n", text)
+    manifest.write_text(estimated.replace('["A1", "A2", "A3",', '["A1", "A3", "A2",'), "utf-8")
+    with pytest.raises(InputError) as found:
+        reduce_campaign(load_campaign(folder), no_progress)
+    (fault,) = found.value.faults
+    assert (fault.code, fault.place) == (FaultCode.KINEMATICS_MISMATCH, "joints A2 and A3")

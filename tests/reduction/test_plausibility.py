@@ -26,6 +26,17 @@ def test_time_over_batches() -> None:
         log.update(np.arange(201, 301), 3.0 + np.linspace(0.0, 0.99, 100), {"wrench": wrench})
 
 
+@pytest.mark.parametrize(
+    ("begins", "says"),
+    [(0.0, "starts anew at midnight"), (3600.0, "decreases"), (20_000 * 86400.0, "decreases")],  # the last with a date
+)
+def test_a_time_of_day_that_passes_midnight(begins: float, says: str) -> None:
+    wrench = np.random.default_rng(0).normal(size=(6, 100))
+    time = begins + (86399.505 + np.linspace(0.0, 0.99, 100)) % 86400.0
+    with pytest.raises(InputError, match=f"line 52: time {says}"):
+        watch().update(np.arange(1, 101), time, {"wrench": wrench})
+
+
 def test_stuck_and_saturated_channels_are_remarked_on() -> None:
     log = watch()
     wrench = np.random.default_rng(1).normal(size=(6, 400))

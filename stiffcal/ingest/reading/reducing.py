@@ -25,7 +25,7 @@ from stiffcal.ingest.reading.run_readings import RunReadings
 from stiffcal.ingest.results import IngestResult
 from stiffcal.measurements.load_states import LoadStates
 from stiffcal.measurements.state_measures import StateMeasure
-from stiffcal.mistakes.absolute.place_faults import place_faults
+from stiffcal.mistakes.absolute.place_faults import place_faults, reference_fault
 from stiffcal.mistakes.known_weights import weight_warnings
 from stiffcal.reduction.logs.log_rows import LogRows, is_there
 from stiffcal.reduction.registration.frames import Registration
@@ -218,7 +218,14 @@ def placed_states(campaign: Campaign, gathered: RawStates) -> tuple[LoadStates, 
     names = frames_to_estimate(manifest)
     if not names:
         return without_growth(states), None
-    registration = register_frames(in_instrument_axes(states), manifest, chain, names)
+    try:
+        registration = register_frames(in_instrument_axes(states), manifest, chain, names)
+    except InputError as error:
+        contradict = error.code is FaultCode.KINEMATICS_MISMATCH
+        fault = reference_fault(states, campaign) if contradict and not states.absolute.any() else None
+        if fault is None:
+            raise
+        raise InputError(fault) from None
     setup = measurement_setup(manifest, chain, resolve_frames(manifest, chain, registration.frames))
     return without_growth(load_states(gathered, manifest, chain, holding(setup) if any_held else setup)), registration
 

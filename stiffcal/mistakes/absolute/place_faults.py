@@ -42,6 +42,8 @@ from stiffcal.mistakes.catalogue.positions.target_order import TargetOrder
 from stiffcal.mistakes.deciding import AS_GOOD, MUCH_BETTER
 from stiffcal.mistakes.inputs.mistake import AsRead, ChangeTexts, InputPart, Scored, TakenBack, TriedOn
 from stiffcal.mistakes.inputs.taken_back import taken_back
+from stiffcal.mistakes.references.corrections import LEAST_FREEDOM
+from stiffcal.mistakes.references.match import references_of
 from stiffcal.mistakes.some_rows import some_of
 from stiffcal.mistakes.stated_units import stated_units
 from stiffcal.mistakes.words import listed
@@ -70,6 +72,26 @@ def place_faults(states: LoadStates, campaign: Campaign) -> list[Fault]:
     by_tracker = [states.select(measured & read) for read, _ in each_tracker(states.setup.trackers, states.tracker)]
     found = (_faults_of_one_tracker(chosen, campaign) for chosen in by_tracker if len(chosen) >= LEAST_ROWS)
     return next((faults for faults in found if faults), [])
+
+
+def reference_fault(states: LoadStates, campaign: Campaign) -> Fault | None:
+    """Return the one change with which the unloaded states of load runs meet; None where there is none.
+
+    For a campaign whose frames are to be found, and are not: no frames meet what was read.
+
+    Parameters
+    ----------
+    states : all states of the campaign, positions in the axes of whatever frame. campaign : as of `place_faults`.
+    """
+    chosen = references_of(states)
+    if len(np.unique(chosen.tracker)) != 1:
+        return None
+    places = places_of(chosen, campaign.chain)
+    frames = 6 + places.offset.size
+    if np.isfinite(places.measured).sum() - frames < LEAST_FREEDOM:
+        return None
+    typical = float(np.median(meet(places).worst(places)))
+    return _of_the_table(TableRows(campaign, chosen), places, typical) if typical > UNCALIBRATED_M else None
 
 
 def _faults_of_one_tracker(chosen: LoadStates, campaign: Campaign) -> list[Fault]:
@@ -186,7 +208,9 @@ def _of_the_table(table: TableRows, places: MeasuredPlaces, usual: float) -> Fau
         file = MANIFEST_FILE
     else:
         file = table.file(of_angles=of_angles)
-    place = f"joints.{texts.place}" if of_angles and file == MANIFEST_FILE else texts.place
+    place = texts.place
+    if of_angles and file == MANIFEST_FILE:
+        place = f"joints: {place}" if change.names else f"joints.{place}"
     return Fault(mistake.code, file, place, reason, texts.mend, changes=(change,))
 
 

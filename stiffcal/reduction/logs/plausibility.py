@@ -32,6 +32,7 @@ MOST_GAPS = 3  # that are listed one by one
 WHOLE = -1  # in place of a channel: all of a position
 MOST_STRETCHES = 5  # of rows that are named
 HOUR_S = 3600.0  # what daylight saving takes or gives
+DAY_S = 86400.0  # what midnight takes from a time of day
 
 _PLACES = ("position", "marker")
 _NOISY = (*_PLACES, "wrench", "lengths", "displacement")
@@ -120,6 +121,8 @@ class LogQuality:
             mend = f"exclude {rows} with [[exclude]], or remove repeated or misplaced rows in a copy of the log"
             if self._is_hour(step[k]):
                 text, mend = "goes back by an hour", _WALL
+            elif self._is_midnight(before[k], step[k]):
+                text, mend = "starts anew at midnight", _MIDNIGHT
             reason = f"time {text}: {time[k]:.10g} s after {before[k]:.10g} s"
             ticks = coarse_clock(time) if step[k] == 0.0 else None
             if ticks is not None:
@@ -151,8 +154,16 @@ class LogQuality:
 
     def _is_hour(self, step: Floats) -> NDArray[np.bool_]:
         """Return where a date is an hour off, within a few usual intervals, as where clocks are set to summer time."""
-        slack = max(10.0 * self.interval, 1.0) if self.intervals else 10.0
-        return np.asarray(self.by_the_wall & (np.abs(np.abs(step) - HOUR_S) < slack))
+        return np.asarray(self.by_the_wall & (np.abs(np.abs(step) - HOUR_S) < self._slack))
+
+    def _is_midnight(self, before: float, step: float) -> bool:
+        """Return whether a time of day without a date starts anew, within a few usual intervals of a day."""
+        return bool(before <= DAY_S and abs(step + DAY_S) < self._slack)
+
+    @property
+    def _slack(self) -> float:
+        """A few usual intervals, s, and what is usual for a logger where none is known yet."""
+        return max(10.0 * self.interval, 1.0) if self.intervals else 10.0
 
     def _check_lost(self, name: str, number: NDArray[np.int64], values: Floats) -> None:
         """Refuse a target whose three components are one number, as zero or -9999: filled in where it was lost.
@@ -353,6 +364,7 @@ _WALL = (
     "probably daylight saving time: log UTC, or write the zone with every time (2026-10-25T02:30:00+02:00), "
     "or correct the times in a copy"
 )
+_MIDNIGHT = "log dates with the times (2026-11-21T23:59:59.98), or add a day to all times after it in a copy of the log"
 
 
 def _longest_row(row: NDArray[np.bool_]) -> int:

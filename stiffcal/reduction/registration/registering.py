@@ -366,7 +366,7 @@ class _RegistrationProblem:
                 FaultCode.KINEMATICS_MISMATCH,
                 _file_of_positions(self.manifest), "joint angles and positions",
                 f"joint angles and positions contradict each other: they differ by {length(missed)} rms whatever "
-                f"the frames, and no single sign, zero, unit or interchange explains it{still}",
+                f"the frames, and no single sign, zero, unit or order of columns explains it{still}",
                 f"{first}check that each position is next to its joint angles, that each column holds its joint, and "
                 "the lengths and angles of the robot file",
             )  # fmt: skip
