@@ -96,6 +96,7 @@ def described_doubts(found: DiagnosedStates, campaign: Campaign, loss: str) -> l
     from stiffcal.identification.fitting.identify import Settings
     from stiffcal.judgement.document import explaining_run
     from stiffcal.judgement.doubts import reading_off
+    from stiffcal.judgement.numbers import FIRM
     from stiffcal.model.assembled.assembly import fixed_parameters
 
     states, suspects = found.states, []
@@ -105,7 +106,12 @@ def described_doubts(found: DiagnosedStates, campaign: Campaign, loss: str) -> l
         suspicion = described_runs(states, found.last.fit.robot, settings, runs)
         probability = {off.run: p for off, p in found.doubted.items() if off.state is None}
         suspects += [
-            replace(suspect, probability=probability[one.run], explained_by=explaining_run(found, one.run))
+            replace(
+                suspect,
+                probability=probability[one.run],
+                firm=probability[one.run] >= FIRM,
+                explained_by=explaining_run(found, one.run),
+            )
             for one, suspect in zip(suspicion.suspects, suspects_of(suspicion, states, campaign.chain), strict=True)
         ]
     suspects = [_inside_a_run(suspect, found) for suspect in suspects]
