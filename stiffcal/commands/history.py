@@ -51,6 +51,7 @@ def _entry(fit: StoredFit) -> HistoryEntry:
         fit_rms=fit.fit_rms,
         noise=fit.noise,
         loss=fit.loss,
+        likely=fit.likely,
         origin=fit.origin or "own",
     )
 

@@ -32,6 +32,7 @@ from stiffcal.results.model_changes import (
     removed_in_words,
 )
 from stiffcal.stages.fit import up_to_date_fit
+from stiffcal.stages.history import mark_likely
 from stiffcal.stages.steps import RunContext, ignore_note, up_to_date_states
 
 # More steps than six joints with five effects each: the loop ends by itself long before.
@@ -194,6 +195,9 @@ class _StepRecorder:
         step = self.validate_and_add_step(change, effect.effect, effect.where)
         if proposed is not None:
             step = self.steps[-1] = replace(step, probability=proposed.probability, firm=proposed.firm)
+        if change == "add" and step.fit_id is not None and not step.firm:
+            data = up_to_date_states(self.folder, self.context)
+            mark_likely(data, step.fit_id, EffectAt(effect=effect.effect, where=effect.where))
         return step
 
 

@@ -9,6 +9,7 @@ from stiffcal.identification.fitting.identify import fit_problem
 from stiffcal.identification.noise.weights import predict_observations
 from stiffcal.identification.readings.row_layout import ROTATION, TRANSLATION
 from stiffcal.judgement.diagnosed import DiagnosedStates
+from stiffcal.judgement.numbers import FIRM
 from stiffcal.judgement.rows_off import Off
 from stiffcal.mistakes.suspect_kinds import SuspectKind
 from stiffcal.wording import angle, length
@@ -44,4 +45,5 @@ def reading_off(found: DiagnosedStates, off: Off, probability: float) -> Suspect
         factor=None,
         without=None,
         probability=probability,
+        firm=probability >= FIRM,
     )

@@ -9,13 +9,17 @@ from stiffcal.errors import InputError, Progress, no_progress
 from stiffcal.escapes import toml_text
 
 if TYPE_CHECKING:
+    from collections.abc import Callable
+
     from stiffcal.campaign.loading import Campaign
     from stiffcal.diagnosis.answers.suspect_results import RunsNotChecked, Suspect
     from stiffcal.diagnosis.suspects.find import Suspicion
     from stiffcal.identification.fitting.fit import Fit
+    from stiffcal.identification.fitting.identify import Settings
     from stiffcal.judgement.diagnosed import DiagnosedStates
     from stiffcal.measurements.load_states import LoadStates
     from stiffcal.mistakes.places.mistake import MovedRows
+    from stiffcal.model.assembled.composite import CompliantRobot
 
 
 def suspicion_of(
@@ -42,8 +46,39 @@ def suspicion_of(
     ------
     InputError : something else is wrong, such as code of the campaign that fails.
     """
+    from stiffcal.diagnosis.suspects import find
+
+    def search(states: LoadStates, robot: CompliantRobot, settings: Settings) -> Suspicion:
+        return find.find_suspects(states, robot, settings, progress, present)
+
+    return _searched(campaign, states, loss, progress, search, present)
+
+
+def misplaced_in(campaign: Campaign, states: LoadStates, loss: str, progress: Progress) -> Suspicion:
+    """Return the runs whose places are not where their joint angles put them, and a move of the base.
+
+    Displacements say nothing of these: they are left out before anything is judged. Whether runs and absolute rows are
+    off is part of what is judged. Parameters as of `suspicion_of`.
+    """
     from stiffcal.diagnosis.answers.suspect_results import NotCheckedReason
-    from stiffcal.diagnosis.suspects.find import Suspicion, find_suspects
+    from stiffcal.diagnosis.suspects.find import find_misplaced
+
+    suspicion = _searched(campaign, states, loss, progress, find_misplaced)
+    open_rows = suspicion.not_checked is not None and suspicion.not_checked.code is NotCheckedReason.ABSOLUTE_ROWS
+    return replace(suspicion, not_checked=None) if open_rows else suspicion
+
+
+def _searched(
+    campaign: Campaign,
+    states: LoadStates,
+    loss: str,
+    progress: Progress,
+    search: Callable[[LoadStates, CompliantRobot, Settings], Suspicion],
+    present: Fit | None = None,
+) -> Suspicion:
+    """Return what a search finds, with a move of the base; why nothing was searched where no model can be fitted."""
+    from stiffcal.diagnosis.answers.suspect_results import NotCheckedReason
+    from stiffcal.diagnosis.suspects.find import Suspicion
     from stiffcal.diagnosis.suspects.moved_rows import moved_rows
     from stiffcal.diagnosis.suspects.selection import not_checked
     from stiffcal.identification.fitting.identify import Settings, identify_parameters
@@ -54,7 +89,7 @@ def suspicion_of(
     try:
         settings = Settings(loss=loss, fixed=fixed_parameters(campaign.model))
         robot = placed_robot(campaign)
-        suspicion = find_suspects(states, robot, settings, progress, present)
+        suspicion = search(states, robot, settings)
         if states.absolute.any():
             fit = present or identify_parameters(states, robot, settings, progress)
             suspicion = replace(suspicion, moved=moved_rows(fit, states))
@@ -63,25 +98,6 @@ def suspicion_of(
         if not is_not_fitted(error):
             raise
         return Suspicion(not_checked=not_checked(NotCheckedReason.NO_FIT, reason=error.reason))
-
-
-def misplaced_in(campaign: Campaign, states: LoadStates, loss: str, progress: Progress) -> Suspicion:
-    """Return the runs whose places are not where their joint angles put them, and a move of the base.
-
-    Displacements say nothing of these: they are left out before anything is judged. Whether absolute rows are off is
-    part of what is judged. Parameters as of `suspicion_of`.
-    """
-    from stiffcal.diagnosis.answers.suspect_results import NotCheckedReason
-
-    suspicion = suspicion_of(campaign, states, loss, progress)
-    open_rows = suspicion.not_checked is not None and suspicion.not_checked.code is NotCheckedReason.ABSOLUTE_ROWS
-    chosen = [k for k, one in enumerate(suspicion.suspects) if one.place_m > 0.0 or one.copied is not None]
-    return replace(
-        suspicion,
-        suspects=tuple(suspicion.suspects[k] for k in chosen),
-        without_each=tuple(suspicion.without_each[k] for k in chosen),
-        not_checked=None if open_rows else suspicion.not_checked,
-    )
 
 
 def described_doubts(found: DiagnosedStates, campaign: Campaign, loss: str) -> list[Suspect]:
@@ -96,6 +112,7 @@ def described_doubts(found: DiagnosedStates, campaign: Campaign, loss: str) -> l
     from stiffcal.identification.fitting.identify import Settings
     from stiffcal.judgement.document import explaining_run
     from stiffcal.judgement.doubts import reading_off
+    from stiffcal.judgement.numbers import FIRM
     from stiffcal.model.assembled.assembly import fixed_parameters
 
     states, suspects = found.states, []
@@ -105,7 +122,12 @@ def described_doubts(found: DiagnosedStates, campaign: Campaign, loss: str) -> l
         suspicion = described_runs(states, found.last.fit.robot, settings, runs)
         probability = {off.run: p for off, p in found.doubted.items() if off.state is None}
         suspects += [
-            replace(suspect, probability=probability[one.run], explained_by=explaining_run(found, one.run))
+            replace(
+                suspect,
+                probability=probability[one.run],
+                firm=probability[one.run] >= FIRM,
+                explained_by=explaining_run(found, one.run),
+            )
             for one, suspect in zip(suspicion.suspects, suspects_of(suspicion, states, campaign.chain), strict=True)
         ]
     suspects = [_inside_a_run(suspect, found) for suspect in suspects]

@@ -8,7 +8,7 @@ from typing import Annotated, Literal
 from stiffcal.documents import NOT_IN_DOCUMENT, NOT_PROMISED, CommandResult, OrAbsent, Origin
 from stiffcal.identification.answers.before_after import EstimatedParameter
 from stiffcal.measurements.rms import Rms
-from stiffcal.model.summary import ModelSummary
+from stiffcal.model.summary import EffectAt, ModelSummary
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -33,6 +33,8 @@ class HistoryEntry:
     """What the instruments scatter, in the same measure; null where it is not known."""
     loss: Annotated[Literal["linear", "huber"] | None, NOT_PROMISED] = None
     """Of the least squares."""
+    likely: OrAbsent[list[EffectAt]] = None
+    """Effects that `improve` added in this step though they were probable and not certain."""
     origin: OrAbsent[Origin] = None
     """From whom it comes."""
     model_text: Annotated[str, NOT_IN_DOCUMENT] = ""
@@ -71,4 +73,6 @@ class StoredFit:
     """The identified values."""
     states_key: str
     """A hash of the load states."""
+    likely: OrAbsent[list[EffectAt]] = None
+    """Effects that `improve` added in this step though they were probable and not certain."""
     origin: OrAbsent[Origin] = None

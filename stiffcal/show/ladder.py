@@ -52,7 +52,9 @@ def ladder(steps: Sequence[ImproveStep], noise: Rms | None, scheme: str | None) 
 
 def step_in_words(step: ImproveStep) -> str:
     """Return what a step did to the model."""
-    return "present model" if step.action == "start" else f"{step.action} {step.effect} ({place(step.where)})"
+    if step.action == "start":
+        return "present model"
+    return f"{step.action} {step.effect} ({place(step.where)}){', not certain' if step.firm is False else ''}"
 
 
 def drawn_measure(models: Sequence[Rms]) -> str | None:

@@ -7,10 +7,10 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 from stiffcal.campaign.model.model_file import MODEL_FILE, ModelFile
-from stiffcal.documents import Document
+from stiffcal.documents import Document, document_of
 from stiffcal.files import read_regular
 from stiffcal.limits import TOML
-from stiffcal.model.summary import EffectInModel, ModelSummary
+from stiffcal.model.summary import EffectAt, EffectInModel, ModelSummary
 from stiffcal.results.history_results import StoredFit
 from stiffcal.stages.steps import HISTORY, stored_document
 from stiffcal.store.document_shape import result_from
@@ -19,7 +19,9 @@ from stiffcal.trust.output_kinds import MODEL
 from stiffcal.trust.outputs import was_written
 
 if TYPE_CHECKING:
+    from stiffcal.stages.steps import Ingested
     from stiffcal.store import Store
+    from stiffcal.store.store_place import Documents, Stored
 
 
 NO_HISTORY: Document = {"schema": "stiffcal/history/1", "warnings": [], "fits": []}
@@ -29,6 +31,20 @@ def stored_fits(store: Store) -> list[StoredFit]:
     """Return every fit of the history as the store keeps it, oldest first."""
     stored = stored_document(store, HISTORY) or NO_HISTORY
     return [result_from(StoredFit, fit, store.display_name, HISTORY) for fit in stored["fits"]]
+
+
+def mark_likely(data: Ingested, fit_id: str, effect: EffectAt) -> None:
+    """Write into a fit's entry of the history that an effect was added which was probable and not certain."""
+
+    def with_mark(stored: Stored) -> Documents:
+        history = stored(HISTORY)
+        if history is None:
+            return {}
+        mark = {"likely": [document_of(effect)]}
+        entries = [entry | (mark if entry.get("id") == fit_id else {}) for entry in history["fits"]]
+        return {HISTORY: history | {"fits": entries}}
+
+    data.commit({}, with_mark, command="improve")
 
 
 def can_be_restored(model: Path, fits: Iterable[StoredFit]) -> bool:

@@ -327,6 +327,8 @@ class ViewContent:
     """Why candidates cannot be shown, "" where they can."""
     in_model: str = ""
     """How sure the diagnosis is that effects of the model are there, and what cannot be distinguished from them."""
+    excluded_sizes: str = ""
+    """Where the diagnosis finds nothing: how large an effect would have been found."""
     candidates: list[ViewCandidate] = field(default_factory=list)
     """What the diagnosis says could be added, the most likely first."""
     is_diagnosed: bool = False

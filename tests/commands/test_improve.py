@@ -12,6 +12,7 @@ import pytest
 
 from stiffcal.campaign.loading import load_campaign
 from stiffcal.commands.diagnose import diagnose_campaign
+from stiffcal.commands.history import read_history
 from stiffcal.commands.improve import improve_campaign
 from stiffcal.diagnosis.answers.results import DiagnoseResult, ProposedEffect
 from stiffcal.model.summary import EffectAt, Where
@@ -135,6 +136,7 @@ def test_another_effect_can_be_chosen(coupled: Path) -> None:
     result = improve_campaign(coupled, ask=lambda proposal: decisions.pop(0))
     assert [(step.action, step.effect, step.where) for step in result.steps][1] == ("add", other.effect, other.where)
     assert "bearing-tilt" in effects_of(coupled)
+    assert [fit.likely for fit in read_history(coupled).fits][-2:] == [None, [other]]
 
 
 def test_what_a_user_wrote_into_the_model_is_named_and_stays(tmp_path: Path) -> None:

@@ -7,15 +7,15 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from stiffcal.diagnosis.answers.results import DiagnoseResult, LookAlike
+from stiffcal.diagnosis.answers.results import DiagnoseResult, ExcludedSizeAt, LookAlike
 from stiffcal.model.summary import Where
 from stiffcal.stages.diagnoses.current import current_diagnosis
 from stiffcal.stages.fit import up_to_date_fit
 from stiffcal.stages.steps import RunContext, up_to_date_states
 from stiffcal.view.content import ViewModel
-from stiffcal.view.gathering.candidates import in_model_in_words, view_candidates
+from stiffcal.view.gathering.candidates import in_model_in_words, sizes_in_words, view_candidates
 from stiffcal.view.gathering.change import LastAdded
-from stiffcal.wording import probability_in_words
+from stiffcal.wording import length, probability_in_words
 from tests.laboratory.diagnosed_folders import WITHOUT_6, diagnosed_copy
 
 
@@ -45,6 +45,13 @@ def test_once_in_the_model_an_effect_keeps_its_probability_and_its_look_alikes(d
     assert f"joint-compliance of joint 6 {probability_in_words(0.6)}" in words
     assert f"bearing-tilt of joint 6 {probability_in_words(0.2)}" in words
     assert in_model_in_words(diagnosis) == ""
+
+
+def test_where_nothing_is_found_the_page_states_what_would_have_been(diagnosis: DiagnoseResult) -> None:
+    size = ExcludedSizeAt(where=Where(joints=[3]), of="joint 3", size_m=2e-5, effect="backlash")
+    silent = replace(diagnosis, missing=[], unexplained=False, excluded_sizes=[size])
+    assert f"joint 3: {length(2e-5)} (backlash)." in sizes_in_words(silent)
+    assert sizes_in_words(replace(silent, missing=diagnosis.missing)) == ""
 
 
 def test_what_is_rejected_has_none(diagnosis: DiagnoseResult) -> None:

@@ -357,8 +357,10 @@ class DiagnoseResult(CommandResult):
     """Effects that the model holds beyond its springs, each with its probability and those that look the same."""
     contradicted: Annotated[list[ContradictedSetting], NOT_PROMISED] = field(default_factory=list)
     """What model.toml sets and the data contradict; ``missing`` is the answer without these settings."""
-    undecided: Annotated[list[UndecidedEffect], NOT_PROMISED] = field(default_factory=list)
-    """Where leaving out one pose gives another name: that missing effect with its rivals, at most four."""
+    undecided: list[UndecidedEffect] = field(default_factory=list)
+    """Effects of which one is missing and none is as probable as the others together, the most probable first: at most
+    four.
+    """
     could_be: list[EffectAt]
     """Effects of which each alone fits all poses, with all its places, where the poses are too few to decide which."""
     findings: list[Finding]

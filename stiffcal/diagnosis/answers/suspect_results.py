@@ -84,6 +84,8 @@ class Suspect:
     """Whether a drift over the rows is an explanation too. Only of such a move."""
     probability: OrAbsent[float] = None
     """That it is off, as `diagnose` judges it next to all effects."""
+    firm: OrAbsent[bool] = None
+    """Whether that is certain."""
     explained_by: OrAbsent[list[EffectAt]] = None
     """Effects of the catalogue with which the run agrees with the others as well; only where effects were searched."""
     exclude: Annotated[list[str], NOT_PROMISED] = field(default_factory=list)

@@ -20,7 +20,7 @@ from stiffcal.diagnosis.suspects.additive import Offset, best_offset
 from stiffcal.diagnosis.suspects.influence import standing_apart
 from stiffcal.diagnosis.suspects.places import place_misses, place_scores
 from stiffcal.diagnosis.suspects.rival_effects import RunFault, explaining_effect
-from stiffcal.diagnosis.suspects.selection import RUNS_FOR_ALL_KINDS, select_states
+from stiffcal.diagnosis.suspects.selection import RUNS_FOR_ALL_KINDS, Selection, select_states
 from stiffcal.diagnosis.suspects.whitened_runs import Bench, WhitenedRuns, first_order
 from stiffcal.errors import Progress, no_progress
 from stiffcal.identification.fitting.fit import Fit
@@ -152,10 +152,37 @@ def find_suspects(
     compares_all = len(np.unique(chosen.run)) == len(np.unique(states.run))
     search = _Search(chosen, robot, settings, selection.most, present if compares_all else None)
     suspects = [suspect for suspect in search.suspects() if selection.admits(suspect.kind)]
+    return _with_refits(suspects, states, search, selection)
+
+
+def find_misplaced(states: LoadStates, robot: CompliantRobot, settings: Settings) -> Suspicion:
+    """Return the runs whose places are not where their joint angles put them, which displacements do not show.
+
+    Parameters
+    ----------
+    states, robot, settings : as of `find_suspects`.
+
+    Raises
+    ------
+    NoBalanceError, InputError : the model cannot be fitted to the other runs.
+    """
+    selection = select_states(states, robot)
+    if not selection.most:
+        return Suspicion(not_checked=selection.not_checked)
+    search = _Search(states.select(selection.index), robot, settings, selection.most, None)
+    suspects = [suspect for suspect in search.misplaced() if selection.admits(suspect.kind)]
+    return _with_refits(suspects, states, search, selection)
+
+
+def _with_refits(
+    suspects: Sequence[FoundSuspect], states: LoadStates, search: _Search, selection: Selection
+) -> Suspicion:
+    """Return suspects of the selected states in the whole campaign, with the fits without them."""
     if not suspects:
         return Suspicion(not_checked=selection.not_checked)
+    index, robot, settings = selection.index, search.robot, search.settings
     placed = [_in_campaign(suspect, index) for suspect in sorted(suspects, key=lambda entry: -entry.score)]
-    loads = np.isin(states.run, np.unique(chosen.run))
+    loads = np.isin(states.run, np.unique(search.states.run))
 
     def without(left_out: Sequence[FoundSuspect]) -> Fit:
         keep = loads & ~np.isin(states.run, [suspect.run for suspect in left_out])
@@ -221,7 +248,7 @@ class _Search:
 
     def suspects(self) -> list[FoundSuspect]:
         """Return the runs that stand apart and what is wrong with them, in the order of the runs."""
-        displaced = standing_apart(self.place_scores, PLACE_LEVEL, PLACE_GAP, self.most)
+        displaced = self._displaced()
         start = first_order(self.states, self.robot, self.settings.fixed)
         if start.blocks.gram.shape[1] == 0:
             # No load turns anything of the model: there is nothing that one run could contradict.
@@ -264,6 +291,16 @@ class _Search:
         found = self._judged_together(left_out, bench, whitened, scores)
         unknown = partial(self._suspect, kind=SuspectKind.UNKNOWN, whitened=whitened, scores=scores)
         return [found[run] or unknown(run, next_score=next_score) for run in runs]
+
+    def misplaced(self) -> list[FoundSuspect]:
+        """Return the runs whose places stand apart and what is wrong with them, in the order of the runs."""
+        displaced = self._displaced()
+        if not displaced or first_order(self.states, self.robot, self.settings.fixed).blocks.gram.shape[1] == 0:
+            return []
+        return self.of(displaced)
+
+    def _displaced(self) -> tuple[int, ...]:
+        return standing_apart(self.place_scores, PLACE_LEVEL, PLACE_GAP, self.most)
 
     def _exchanged(self, pair: tuple[int, ...], whitened: WhitenedRuns) -> tuple[int, ...]:
         """Return the two runs without which the rest agrees best, where each has what belongs to the other; else none.

@@ -91,10 +91,10 @@ def _why(suspect: FoundSuspect, n_others: int, backwards: bool) -> list[str]:
     if suspect.score > suspect.next_score:
         size = f"{length(suspect.miss_m)}, " if math.isfinite(suspect.miss_m) else ""
         reasons.append(
-            f"its displacements differ from the prediction of the {n_others} other runs by "
-            f"{size}{significant(suspect.score)} "
-            f"standard errors of that comparison (scatter of the others, and uncertainty of their prediction); the "
-            f"next run differs by {significant(suspect.next_score, 2)} of its own"
+            f"its displacements differ from the prediction of the {n_others} other runs by {size}"
+            f"{significant(suspect.score)} times the uncertainty of that difference (scatter of the runs, and "
+            f"uncertainty of the prediction); of the other runs none by more than {significant(suspect.next_score, 2)} "
+            "times its own"
         )
     if suspect.place_m > 0.0:
         reasons.append(f"the target is {length(suspect.place_m)} from where the joint angles put it")

@@ -13,6 +13,7 @@ from stiffcal.show import parts
 from stiffcal.show.before_after import add_moved
 from stiffcal.show.builder import PageBuilder, number, roomy
 from stiffcal.show.effects import diagnosis_level, effect_words, look_alike_words, place_words
+from stiffcal.show.excluded import excluded_in_words, places_without_effect, size_words
 from stiffcal.validation.schemes import held_out, held_out_by_diagnosis
 from stiffcal.wording import (
     DASH,
@@ -35,8 +36,8 @@ if TYPE_CHECKING:
     from stiffcal.presentation.values import Page
     from stiffcal.show.options import ShowOptions
 
-MOST_ROWS, MOST_PLACES = 8, 4
-"""Rows of the ranking and places of what could not be excluded: without details."""
+MOST_ROWS = 8
+"""Rows of the ranking without details."""
 MOST_DESCRIBED = 2
 """Missing effects that are described one by one without details."""
 BAR = 10
@@ -219,38 +220,15 @@ def _alike(effect: ProposedEffect) -> str:
 
 def _add_excluded(made: PageBuilder, result: DiagnoseResult, options: ShowOptions) -> None:
     """Add how large an effect at each place would have been found, where nothing is, and what load would decide."""
-    if result.missing or result.unexplained or not result.excluded_sizes:
-        return
-    sizes = sorted(result.excluded_sizes, key=lambda one: (-(one.size_m or 0.0), -(one.size_Nm or 0.0)))
-    hidden = [one.of for one in sizes if one.size_m is None and one.size_Nm is None]
-    known = [one for one in sizes if one.of not in hidden]
-    if known:
-        measure = "torque, rms" if any(one.size_Nm for one in known) else "rms at the tool"
-        shown = known if options.details else known[:MOST_PLACES]
-        listed = "; ".join(f"{one.of}: {_size_words(one.size_m, one.size_Nm)} ({one.effect})" for one in shown)
-        listed += (
-            f"; less at {len(known) - len(shown)} further places (diagnose --details)"
-            if len(shown) < len(known)
-            else ""
-        )
-        text = f"an effect this large would have been found in nine campaigns of ten ({measure}): {listed}"
-        made.say(text, "excluded", starts_paragraph=True)
-    if hidden:
-        more = "; load along other axes, in other poses" if result.rms.torque is None else ""
-        made.say(f"an effect would not show in these data, however large: {', '.join(hidden)}{more}", "excluded")
+    for k, text in enumerate(excluded_in_words(result, options.details)):
+        made.say(text, "excluded", starts_paragraph=k == 0)
+    sizes = places_without_effect(result)
     forces = sorted(((one.deciding_force_N, one.of) for one in sizes if one.deciding_force_N is not None), reverse=True)
     if forces:
         needed = ", ".join(f"{significant(force)} N ({of})" for force, of in forces)
         line = options.line("plan", "--force", f"{math.ceil(forces[0][0])}")
         text = f"to find an effect as large as the noise, load with up to {needed}; to plan it: {line}"
         made.say(text, "deciding-load")
-
-
-def _size_words(at_tool: float | None, torque: float | None) -> str:
-    """Return the rms of an effect at the tool, m, or in a drive's torque, N·m, in words."""
-    if torque:
-        return f"{significant(torque)} N·m"
-    return length(at_tool) if at_tool else DASH
 
 
 def _add_ranking(made: PageBuilder, result: DiagnoseResult, details: bool) -> None:
@@ -276,7 +254,7 @@ def _add_ranking(made: PageBuilder, result: DiagnoseResult, details: bool) -> No
                 deviation(finding.heldout_rms_after),
                 finding.verdict,
                 explained_in_words(result.explained_by(finding)),
-                _size_words(finding.size_m, finding.size_Nm),
+                size_words(finding.size_m, finding.size_Nm),
                 bar(BAR * p, None, BAR),
             )
         )

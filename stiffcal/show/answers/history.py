@@ -8,8 +8,9 @@ from typing import TYPE_CHECKING
 from stiffcal.quantity import Units
 from stiffcal.results.model_words import model_change, model_words
 from stiffcal.show.builder import PageBuilder, number, wide
+from stiffcal.show.effects import effect_words
 from stiffcal.validation.schemes import held_out
-from stiffcal.wording import deviation
+from stiffcal.wording import deviation, listing
 
 if TYPE_CHECKING:
     from stiffcal.model.summary import ModelSummary
@@ -44,6 +45,8 @@ def _rows(fits: Sequence[HistoryEntry]) -> list[tuple[str, ...]]:
     for fit in fits:
         model = model_words(fit.model) if before is None else _change(before, fit.model)
         before = fit.model
+        if fit.likely:
+            model += f"; not certain: {listing(effect_words(one) for one in fit.likely)}"
         rows.append(
             (
                 fit.id + ("" if fit.origin in (None, "own") else f" ({_NOT_YOURS[fit.origin]})"),

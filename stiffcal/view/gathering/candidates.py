@@ -9,6 +9,7 @@ from stiffcal.diagnosis.answers.results import DiagnoseResult, Finding, LookAlik
 from stiffcal.diagnosis.words import effect_in_words
 from stiffcal.escapes import shell
 from stiffcal.model.summary import EffectAt
+from stiffcal.show.excluded import excluded_in_words
 from stiffcal.view.content import CandidateStanding, ViewCandidate
 from stiffcal.view.gathering.models import place_words
 from stiffcal.wording import probability_in_words
@@ -53,6 +54,12 @@ def in_model_in_words(diagnosis: DiagnoseResult | None) -> str:
         )
         texts.append(first + (f" (cannot be distinguished from: {', '.join(others)})" if others else ""))
     return f"In the model: {'; '.join(texts)}." if texts else ""
+
+
+def sizes_in_words(diagnosis: DiagnoseResult | None) -> str:
+    """Return how large an effect would have been found, where a diagnosis finds none; "" where it finds one."""
+    texts = [] if diagnosis is None else excluded_in_words(diagnosis)
+    return " ".join(f"{text[0].upper()}{text[1:]}." for text in texts)
 
 
 def _name(effect: EffectAt | ProposedEffect | LookAlike | UndecidedEffect) -> str:

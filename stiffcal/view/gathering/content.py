@@ -39,7 +39,7 @@ from stiffcal.view.content import (
     ViewVariable,
 )
 from stiffcal.view.gathering.bodies import view_bodies
-from stiffcal.view.gathering.candidates import in_model_in_words, view_candidates
+from stiffcal.view.gathering.candidates import in_model_in_words, sizes_in_words, view_candidates
 from stiffcal.view.gathering.change import LastAdded, diagnosis_of_states
 from stiffcal.view.gathering.effects import view_effects
 from stiffcal.view.gathering.evidence import picked_evidence, view_evidence
@@ -141,6 +141,7 @@ def view_content(
         pages=pages,
         refits_missing="",
         in_model=in_model_in_words(diagnosis),
+        excluded_sizes=sizes_in_words(diagnosis),
         candidates=view_candidates(diagnosis),
         is_diagnosed=diagnosis is not None,
         diagnosis_of=diagnosis_of,

@@ -10,11 +10,11 @@ import numpy as np
 import pytest
 
 from stiffcal.diagnosis.suspects import find, selection
-from stiffcal.diagnosis.suspects.find import Suspicion, find_suspects
+from stiffcal.diagnosis.suspects.find import Suspicion, find_misplaced, find_suspects
 from stiffcal.diagnosis.suspects.words import suspects_of
 from stiffcal.identification.derivatives.observation import observe
 from stiffcal.identification.fitting.fit import Fit
-from stiffcal.identification.fitting.identify import identify_parameters, predict_observations
+from stiffcal.identification.fitting.identify import Settings, identify_parameters, predict_observations
 from stiffcal.measurements.load_states import LoadStates
 from stiffcal.mistakes.runs.time_order import TimeOrder
 from stiffcal.model.assembled.composite import PlacedEffect
@@ -135,6 +135,14 @@ def test_angles_that_are_a_copy_of_another_poses_are_named() -> None:
     assert (suspect.run, suspect.kind) == ("run06", "mislabelled")
     assert 'its joint angles are those of run "run10"' in suspect.likely
     assert "from where the joint angles put it" in suspect.why
+    misplaced = find_misplaced(faulty, sound("pairs").model, Settings())
+    assert [(one.run, one.kind, one.copied) for one in misplaced.suspects] == [(5, "mislabelled", 9)]
+
+
+def test_a_place_alone_decides_nothing_about_displacements() -> None:
+    faulty = with_wrench(sound("pairs").states, 5, [1 / LBF] * 3 + [1.0] * 3)
+    assert found_in("pairs", faulty).suspects
+    assert find_misplaced(faulty, sound("pairs").model, Settings()).suspects == ()
 
 
 @pytest.mark.parametrize(("form", "n_runs"), [("rows", 24), ("pairs", 24), ("pairs", 6)])
