@@ -2,12 +2,14 @@
 
 from __future__ import annotations
 
+import re
 import subprocess
 import sys
 
 import pytest
 
 from stiffcal.quantities import UnknownUnitError, quantities, unit, unit_names
+from tests.laboratory.documentation import ROOT
 
 PINT_NAMES = {
     "um": "micrometer",
@@ -107,3 +109,19 @@ def test_a_strain_is_no_length_and_none_is_proposed_for_it() -> None:
         with pytest.raises(UnknownUnitError) as caught:
             unit(written, "length")
         assert "did you mean" not in caught.value.mend
+
+
+def test_the_documentation_lists_every_unit() -> None:
+    page = (ROOT / "docs" / "reference" / "campaign-folder.md").read_text("utf-8")
+    rows = re.findall(
+        r"^\| ([a-z, ]+) \| (`.*`) \|$", page.split("| quantity | units |")[1].split("\n\n")[0], re.MULTILINE
+    )
+    listed = {quantity: units for names, units in rows for quantity in names.split(", ")}
+    assert listed == {quantity: ", ".join(f"`{name}`" for name in unit_names(quantity)) for quantity in quantities()}
+    words = {
+        "Newtons": ("force", "N"),
+        "millimetres": ("length", "mm"),
+        "degrees": ("angle", "deg"),
+        "N-m": ("moment", "N*m"),
+    }
+    assert all(f"`{word}`" in page and unit(word, of).name == name for word, (of, name) in words.items())
