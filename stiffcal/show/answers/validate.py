@@ -124,12 +124,20 @@ def _add_distances(made: PageBuilder, distance: Distances, ladder: Sequence[Ladd
     if details or not ladder:
         _add_targets(made, distance)
     # poses at random are close to those that were fitted: a region decides
-    titles = ("parameters", "fit, rms", "random, rms", "region, rms", "random, mean", "region, mean")
     rows = []
     for step in ladder:
         cells = [step.fit, step.heldout_random, step.heldout_region, step.mean_random, step.mean_region]
         rows.append((STEPS.get(step.step, step.step), str(step.n_parameters), *(length(v) for v in cells)))
-    made.table(("model", *(number(title, is_secondary=title.startswith("random")) for title in titles)), rows)
+    titles = (
+        "model",
+        number("parameters"),
+        number("fit, rms"),
+        number("random, rms", is_secondary=True),
+        number("region, rms"),
+        number("random, mean", is_secondary=True),
+        number("region, mean"),
+    )
+    made.table(titles, rows)
 
 
 def _add_targets(made: PageBuilder, distance: Distances) -> None:
