@@ -88,8 +88,6 @@ class ViewValue:
     """As it is printed, in that unit, with its 95 % interval."""
     is_identified: bool = True
     """Whether its value, or a limit of it, is known."""
-    is_shifted: bool = False
-    """Whether what the model lacks moves it beyond its interval; ``text`` has a word for it, the table the sentence."""
 
 
 @dataclass(frozen=True, kw_only=True)

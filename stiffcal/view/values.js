@@ -61,9 +61,7 @@
       const linear =
         " A candidate is a linear refit about the present fit: ± holds for the chosen shape; what is chosen among a few values has " +
         "none, and makes the others' ± too narrow.";
-      const isShifted = [earlier, model].some((of) => of?.values.some((entry) => entry.is_shifted)),
-        shifted = isShifted ? " Shifted: by what the model lacks." : "";
-      S.fill(table, head, rows, `Stiffness and other parameters; ± is 95 %.${shifted}${model.kind === "with" ? linear : ""}`);
+      S.fill(table, head, rows, `Stiffness and other parameters; ± is 95 %.${model.kind === "with" ? linear : ""}`);
     }
 
     function show(model) {

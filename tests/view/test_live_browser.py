@@ -73,7 +73,7 @@ def served(browser: Any, folder: Path) -> Iterator[Any]:
 
 def _until(page: Any, condition: str) -> None:
     """Wait until something holds on the page, whose policy lets playwright's own waiting evaluate nothing."""
-    deadline = time.monotonic() + 60.0
+    deadline = time.monotonic() + 180.0
     while not page.evaluate(condition):
         assert time.monotonic() < deadline, condition
         page.wait_for_timeout(50)

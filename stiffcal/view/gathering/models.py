@@ -22,7 +22,7 @@ from stiffcal.model.forms import form_of
 from stiffcal.model.summary import Where
 from stiffcal.quantity import Units, quantity_of
 from stiffcal.reduction.loads.motion import gauge_directions
-from stiffcal.results.value_words import as_shown, value_and_remark
+from stiffcal.results.value_words import as_shown, value_in_model
 from stiffcal.stages.diagnoses.current import diagnosis_key, shifted_by_missing
 from stiffcal.stages.diagnoses.stored_curves import REFITS
 from stiffcal.stages.history import stored_fits
@@ -190,9 +190,8 @@ def _values(estimates: Mapping[str, Estimate]) -> list[ViewValue]:
             name=name,
             unit=units.of(quantity).name,
             value=one.value,
-            text=", ".join(filter(None, value_and_remark(one, units.of(quantity)))),
+            text=value_in_model(one, units.of(quantity)),
             is_identified=one.is_bounded,
-            is_shifted=one.is_shifted,
         )
         for name, (one, quantity) in known.items()
     ]
