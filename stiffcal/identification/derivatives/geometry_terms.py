@@ -45,13 +45,13 @@ def _chain_terms(model: CompliantRobot, placed: PlacedEffect, symbol: str, angle
     value = placed.values.get(symbol, spec.neutral)
     step = STEP * spec.size
     number = next(k for k, acting in enumerate(model.acting) if acting is placed)
-    ahead, behind = (model.chain_with(number, {**placed.values, symbol: value + sign * step}) for sign in (1.0, -1.0))
+    ahead, behind = (model.fixed_with(number, {**placed.values, symbol: value + sign * step}) for sign in (1.0, -1.0))
     if spec.role is ParameterRole.AMPLITUDE:
         step *= spec.amplitude_of(1.0)
     chain = model.adjusted_chain
-    for k in np.flatnonzero(np.any(ahead.fixed != behind.fixed, axis=(1, 2))):
+    for k in np.flatnonzero(np.any(ahead != behind, axis=(1, 2))):
         # in the axes of the joint's frame before it moves
-        twist = np.linalg.inv(chain.fixed[k]) @ (ahead.fixed[k] - behind.fixed[k]) / (2.0 * step)
+        twist = np.linalg.inv(chain.fixed[k]) @ (ahead[k] - behind[k]) / (2.0 * step)
         turn = np.array([twist[2, 1], twist[0, 2], twist[1, 0]])
         yield from _after_the_joint(chain, int(k), symbol, turn, twist[:3, 3], angles)
 

@@ -259,7 +259,8 @@ def _law_columns(
         if row is not None:
             sensitivities[row] += column
     by_geometry: dict[tuple[int, int], Floats] = {}
-    for placed_effect, term in geometry_terms(model, model.placed, data, loaded.inputs.angles):
+    chosen = [model.placed[number] for number in dict.fromkeys(number for number, _ in rows)]
+    for placed_effect, term in geometry_terms(model, chosen, data, loaded.inputs.angles):
         row, at = rows.get((numbers[id(placed_effect)], term.symbol)), (term.node, term.component)
         if row is not None:
             by_geometry[at] = by_geometry[at] if at in by_geometry else tangents.geometry_rows(*at)
@@ -288,6 +289,12 @@ def _frame_columns(
     sensitivities: Floats,
 ) -> None:
     """Fill the columns of frames by difference: the robot rests where it did, and is measured from elsewhere."""
+    if not any(isinstance(model.placed[column.placed].effect, FramePosition) for column in columns):
+        return
+    inputs_before = [inputs_of(data)]
+    """As each of the acting effects finds them, and as the last leaves them."""
+    for acting in model.acting:
+        inputs_before.append(acting.adjusted(inputs_before[-1]))
     for row, column in enumerate(columns):
         placed_effect = model.placed[column.placed]
         if not isinstance(placed_effect.effect, FramePosition):
@@ -297,9 +304,10 @@ def _frame_columns(
         value = placed_effect.values.get(column.symbol, spec.neutral)
 
         def measured(end: float, number: int = column.placed, symbol: str = column.symbol) -> Floats:
-            moved = replace(model.placed[number], values={**model.placed[number].values, symbol: end})
-            others = (*model.placed[:number], moved, *model.placed[number + 1 :])
-            inputs = adjusted_inputs(replace(model, placed=others), inputs_of(data))
+            values = {**model.placed[number].values, symbol: end}
+            inputs = model.placed[number].adjusted(inputs_before[number], values)
+            for later in model.acting[number + 1 :]:
+                inputs = later.adjusted(inputs)
             after = _targets(loaded, inputs)
             change = [displacement_between(moved, start) for moved, start in zip(after, loaded.targets, strict=True)]
             if unloaded.poses is None or unloaded.pose is None:

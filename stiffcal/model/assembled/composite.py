@@ -6,7 +6,9 @@ from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field, replace
 from functools import cached_property
 
-from stiffcal.arrays import Floats
+import numpy as np
+
+from stiffcal.arrays import Booleans, Floats
 from stiffcal.mechanics.chain import Chain
 from stiffcal.model.abilities import FiniteShift
 from stiffcal.model.effect import (
@@ -166,16 +168,22 @@ class CompliantRobot:
             chains.append(placed_effect.adjusted_chain(chains[-1]))
         return tuple(chains)
 
-    def chain_with(self, number: int, values: Values) -> Chain:
-        """Return the chain with other values of one of the acting effects, by its number."""
-        chain = self._chains[number]
-        chain = self.acting[number].adjusted_chain(chain, values)
-        for placed_effect, before, after in zip(
-            self.acting[number + 1 :], self._chains[number + 1 : -1], self._chains[number + 2 :], strict=True
-        ):
-            if after is not before:
-                chain = placed_effect.adjusted_chain(chain)
-        return chain
+    @cached_property
+    def _moved_joints(self) -> Booleans:
+        """(effects, J) True where an acting effect moves the fixed transform to a joint."""
+        fixed = np.stack([chain.fixed for chain in self._chains])
+        return np.asarray(np.any(fixed[1:] != fixed[:-1], axis=(2, 3)))
+
+    def fixed_with(self, number: int, values: Values) -> Floats:
+        """Return the chain's (J, 4, 4) fixed transforms with other values of one of the acting effects, by its number.
+
+        Of the effects after it those act anew that move a joint which it moves.
+        """
+        chain = self.acting[number].adjusted_chain(self._chains[number], values)
+        moved = np.any(chain.fixed != self._chains[number + 1].fixed, axis=(1, 2))
+        for later in np.flatnonzero((self._moved_joints[number + 1 :] & moved).any(axis=1)) + number + 1:
+            chain = self.acting[later].adjusted_chain(chain)
+        return np.where(moved[:, None, None], chain.fixed, self.adjusted_chain.fixed)
 
     @property
     def has_memory(self) -> bool:
