@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import math
 from collections import Counter
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
 from itertools import pairwise
 
 import numpy as np
@@ -15,8 +15,10 @@ from tests.calibration.field_mix import CATEGORIES, NOISE_KNOWN
 from tests.calibration.judging import JudgedCampaign
 from tests.rates.intervals import clopper_pearson
 
-BINS = (0.0, 0.2, 0.5, 0.8, 0.95, 0.99, 1.0)
+BINS = (0.0, 0.05, 0.2, 0.5, 0.8, 0.95, 0.99, 1.0)
 """Edges of the bins of stated probabilities."""
+RESAMPLED = 200
+"""Times that campaigns are drawn anew for an interval."""
 STANDARD_ERRORS = 4.0
 """With which an oracle, who knows all else, finds an effect of which it is asked whether it is named."""
 ABOUT_ONE = (0.7, 1.4)
@@ -66,22 +68,49 @@ def _priors(records: Sequence[JudgedCampaign]) -> list[str]:
     return lines + [f"{prior:<40}{n:>4} of {len(records)}" for prior, n in counts.most_common()]
 
 
+def of_effects(record: JudgedCampaign) -> list[tuple[float, bool]]:
+    """Return the probability of each effect that has `LEAST`, and whether it is in the campaign."""
+    return [(p, name in record.truth) for name, p in record.answer.effects.items()]
+
+
 def _reliability(records: Sequence[JudgedCampaign]) -> list[str]:
-    pairs = [pair for record in records for pair in stated(record)]
-    if not pairs:
-        return []
-    lines = ["stated of a group      mean   right    of   99 % interval"]
-    for low, high in pairwise(BINS):
-        own = [(p, right) for p, right in pairs if low <= p < high or (high == 1.0 and p == 1.0)]
-        if own:
-            right = sum(r for _, r in own)
-            bounds = clopper_pearson(right, len(own), 0.99)
-            mean = sum(p for p, _ in own) / len(own)
-            lines.append(
-                f"{low:.2f} to {high:.2f}        {mean:8.3f}{right:>8}{len(own):>6}   {bounds[0]:.3f}–{bounds[1]:.3f}"
-            )
-    slope, score, of_base_rate = recalibrated(pairs)
-    return [*lines, f"recalibration slope {slope:.2f}; log score {score:.4f}, of the base rate {of_base_rate:.4f}"]
+    """Return stated against observed of groups, of which those of a half and more are stated, and of single effects."""
+    lines = []
+    for name, pairs_of in (("a group", stated), ("an effect", of_effects)):
+        pairs = [pair for record in records for pair in pairs_of(record)]
+        if not pairs:
+            continue
+        lines.append(f"{f'stated of {name}':<20}   mean   right    of   99 % interval")
+        for low, high in pairwise(BINS):
+            own = [(p, right) for p, right in pairs if low <= p < high or (high == 1.0 and p >= 1.0)]
+            if own:
+                right = sum(r for _, r in own)
+                bounds = clopper_pearson(right, len(own), 0.99)
+                mean = sum(p for p, _ in own) / len(own)
+                lines.append(
+                    f"{low:.2f} to {high:.2f}        {mean:8.3f}{right:>8}{len(own):>6}   "
+                    f"{bounds[0]:.3f}–{bounds[1]:.3f}"
+                )
+        slope, score, of_base_rate = recalibrated(pairs)
+        low, high = _slopes(records, pairs_of)
+        lines.append(
+            f"recalibration slope {slope:.2f} ({low:.2f} to {high:.2f}); log score {score:.4f}, "
+            f"of the base rate {of_base_rate:.4f}"
+        )
+    return lines
+
+
+def _slopes(
+    records: Sequence[JudgedCampaign], pairs_of: Callable[[JudgedCampaign], list[tuple[float, bool]]]
+) -> tuple[float, float]:
+    """Return the 95 % interval of the recalibration slope by bootstrap over campaigns; infinite where none is wrong."""
+    rng, slopes = np.random.default_rng(1), []
+    for _ in range(RESAMPLED):
+        drawn = rng.integers(len(records), size=len(records))
+        slope = recalibrated([pair for k in drawn for pair in pairs_of(records[k])])[0]
+        slopes.append(math.inf if math.isnan(slope) else slope)
+    low, high = np.quantile(slopes, [0.025, 0.975], method="nearest")
+    return float(low), float(high)
 
 
 def recalibrated(pairs: Sequence[tuple[float, bool]]) -> tuple[float, float, float]:
@@ -89,6 +118,8 @@ def recalibrated(pairs: Sequence[tuple[float, bool]]) -> tuple[float, float, flo
 
     The slope is that of a logistic regression; NaN where all or none are right.
     """
+    if not pairs:
+        return math.nan, math.nan, math.nan
     p = np.clip([p for p, _ in pairs], LEAST_DOUBT, 1.0 - LEAST_DOUBT)
     right = np.array([right for _, right in pairs], dtype=np.float64)
     score = float(np.mean(np.where(right == 1.0, np.log(p), np.log1p(-p))))
