@@ -52,14 +52,21 @@ class DeclaredTable:
         """The columns with <…> in their names, those with most letters of their own first."""
         free = [field for field in self.schema if "<" in field.name]
         free.sort(key=lambda field: -len(re.sub("<[^>]+>", "", field.name)))
-        return [(re.compile(pattern_of(field.name)), field) for field in free]
+        # a header of a spreadsheet, and so a joint's name, may hold the end of a line
+        return [(re.compile(pattern_of(field.name), re.DOTALL), field) for field in free]
+
+    @cached_property
+    def _found(self) -> dict[str, pa.Field | None]:
+        """What `field` has found: ten thousand logs have the same columns each."""
+        return {}
 
     def field(self, column: str) -> pa.Field | None:
         """Return the declaration of a column, under its own name; None where there is none."""
-        number = self.schema.get_field_index(column)
-        if number >= 0:
-            return self.schema.field(number)
-        return next((field.with_name(column) for form, field in self._patterns if form.fullmatch(column)), None)
+        if column not in self._found:
+            number = self.schema.get_field_index(column)
+            fitting = (field.with_name(column) for form, field in self._patterns if form.fullmatch(column))
+            self._found[column] = self.schema.field(number) if number >= 0 else next(fitting, None)
+        return self._found[column]
 
     def schema_of(self, columns: Iterable[str], metadata: Mapping[bytes, bytes] | None = None) -> pa.Schema:
         """Return the schema of a table with these columns.

@@ -12,15 +12,18 @@ import numpy as np
 import pyarrow as pa
 import pytest
 
+from stiffcal.campaign.manifest.source import Source
 from stiffcal.commands.diagnose import diagnose_campaign
 from stiffcal.commands.ingest import ingest_campaign
 from stiffcal.errors import InputError
+from stiffcal.ingest.reading.recording_tables import recording_columns
 from stiffcal.kinds.declared_tables import campaign_store, declared_table, declared_tables
 from stiffcal.measurements.columns import values_of
+from stiffcal.reduction.logs.log_rows import LogRows
 from stiffcal.schemas.tables import schema_texts, table_schema
 from stiffcal.store import Store
 from stiffcal.store.declared_table import MEANING, UNIT, DeclaredTable
-from stiffcal.store.tables import STATES
+from stiffcal.store.tables import RECORDING, STATES
 from tests.commands.test_improve import COUPLED
 from tests.ingest.test_logged_runs import GAUGE, HEAD, campaign_of
 from tests.laboratory.few_effects import few_effects
@@ -173,3 +176,21 @@ def test_a_writer_holds_to_the_declaration(tmp_path: Path) -> None:
     for wrong in (FIT | {"colour": np.zeros(2)}, {"state": np.arange(2)}):
         with pytest.raises(ValueError, match="table fit"):
             store.commit({"fit": wrong})
+
+
+@pytest.mark.parametrize(
+    ("signal", "width", "names"),
+    [
+        ("sigma.position.tip", 1, ["tip_sigma_m"]),
+        ("sigma.rotation.tip", 3, ["tip_rx_sigma_rad", "tip_ry_sigma_rad", "tip_rz_sigma_rad"]),
+        ("marker.tip.m1", 3, ["tip.m1_x_m", "tip.m1_y_m", "tip.m1_z_m"]),
+        ("joints.approach", 1, ["joints_approach1_sign"]),
+        ("temperature", 1, ["temperature1_K"]),
+        ("joints", 1, ["Axis 1\n[deg]_rad"]),
+    ],
+)
+def test_each_signal_of_a_log_is_declared(signal: str, width: int, names: list[str]) -> None:
+    source = Source.model_validate({"joints": {"position": ["Axis 1\n[deg]"]}})
+    rows = LogRows(np.zeros(1, dtype=np.int64), np.zeros(1), [], {signal: np.zeros((width, 1))})
+    assert recording_columns(source, rows) == ["time_s", *names]
+    assert RECORDING.schema_of(["time_s", *names]).names == ["time_s", *names]
