@@ -17,8 +17,9 @@ from stiffcal.identification.noise.reading_noise import Whitening
 from stiffcal.identification.noise.weights import predict_observations
 from stiffcal.judgement.covariance_kind import CovarianceKind
 from stiffcal.judgement.discrepancy import Discrepancy
-from stiffcal.judgement.evidence import MemberColumns, NoiseScale, SetEvidence
+from stiffcal.judgement.evidence import MemberColumns, SetEvidence
 from stiffcal.judgement.lingering_noise import LingeringNoise
+from stiffcal.judgement.noise_scale import NoiseScale
 from stiffcal.judgement.numbers import LINGERING, OF_LOADS, OF_TIME, SIZE_WEIGHTS, SIZES
 from stiffcal.judgement.shared import Shared
 from stiffcal.judgement.states import StatesOfCampaign, judge_states
