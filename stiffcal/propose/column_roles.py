@@ -8,21 +8,23 @@ from dataclasses import dataclass, field, replace
 
 import numpy as np
 
+from stiffcal.campaign.columns.column_headers import is_unit_of
 from stiffcal.campaign.columns.column_names import (
-    DATES,
-    FRACTIONS,
-    MEASURED_AT,
-    NUMBERED_QUATERNION,
     QUANTITY,
-    QUATERNIONS,
     STEMS,
-    TIMES,
     TRAVEL,
     Component,
     Reading,
     component_of,
     components_of_arrays,
-    is_unit_of,
+)
+from stiffcal.campaign.columns.column_words import (
+    DATES,
+    FRACTIONS,
+    MEASURED_AT,
+    NUMBERED_QUATERNION,
+    QUATERNIONS,
+    TIMES,
     plain_name,
     words_of,
 )

@@ -7,7 +7,8 @@ from collections.abc import Collection, Iterable, Mapping, Sequence
 from dataclasses import replace
 from itertools import pairwise
 
-from stiffcal.campaign.columns.column_names import TIMES, is_unit_of, plain_name, words_of
+from stiffcal.campaign.columns.column_headers import is_unit_of
+from stiffcal.campaign.columns.column_words import TIMES, plain_name, words_of
 from stiffcal.errors import InputError
 from stiffcal.propose.column_roles import Role, Roles, is_computed
 from stiffcal.propose.explained_column import ExplainedColumn, NotUsed

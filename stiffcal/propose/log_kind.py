@@ -12,7 +12,8 @@ from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, field, replace
 from pathlib import Path
 
-from stiffcal.campaign.columns.column_names import is_unit_of, words_of
+from stiffcal.campaign.columns.column_headers import is_unit_of
+from stiffcal.campaign.columns.column_words import words_of
 from stiffcal.campaign.found.file_formats import format_of
 from stiffcal.errors import InputError
 from stiffcal.escapes import toml_text

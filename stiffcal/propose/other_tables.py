@@ -10,7 +10,7 @@ from dataclasses import replace
 from pathlib import Path
 from types import MappingProxyType
 
-from stiffcal.campaign.columns.column_names import header_parts, is_unit
+from stiffcal.campaign.columns.column_headers import header_parts, is_unit
 from stiffcal.errors import InputError
 from stiffcal.fault_codes import FaultCode
 from stiffcal.propose.column_roles import holds_signals, recognise

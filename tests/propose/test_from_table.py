@@ -8,7 +8,8 @@ from pathlib import Path
 
 import pytest
 
-from stiffcal.campaign.columns.column_names import RAW, TRAVEL, header_parts
+from stiffcal.campaign.columns.column_headers import header_parts
+from stiffcal.campaign.columns.column_names import RAW, TRAVEL
 from stiffcal.campaign.loading import load_campaign
 from stiffcal.errors import InputError
 from stiffcal.propose.column_roles import recognise
