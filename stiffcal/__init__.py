@@ -19,20 +19,14 @@ import os
 TYPE_CHECKING = False  # type checkers take it for true; `typing` itself would be the slowest import here
 if TYPE_CHECKING:
     from stiffcal.errors import Fault, InputError
-    from stiffcal.python.answers import (
-        FitHistory,
-        FittedModel,
-        LoadPrediction,
-        MeasurementPlan,
-        ModelDiagnosis,
-        ModelValidation,
-    )
+    from stiffcal.python.answers import FitHistory, FittedModel, LoadPrediction, MeasurementPlan, ModelValidation
     from stiffcal.python.comparison import FitComparison
     from stiffcal.python.comparison import compare_fits as compare
     from stiffcal.python.improvement import ImprovementStep, ModelImprovement
+    from stiffcal.python.model_diagnosis import ModelDiagnosis
+    from stiffcal.python.opening import open_campaign as open  # noqa: A004
     from stiffcal.python.page import CampaignPage
     from stiffcal.python.session import CampaignSession
-    from stiffcal.python.session import open_campaign as open  # noqa: A004
     from stiffcal.python.trend import RobotTrend
     from stiffcal.python.trend import follow_robot as trend
 
@@ -70,12 +64,12 @@ _PLACES = {
     "ImprovementStep": ("stiffcal.python.improvement", "ImprovementStep"),
     "InputError": ("stiffcal.errors", "InputError"),
     "LoadPrediction": ("stiffcal.python.answers", "LoadPrediction"),
-    "ModelDiagnosis": ("stiffcal.python.answers", "ModelDiagnosis"),
+    "ModelDiagnosis": ("stiffcal.python.model_diagnosis", "ModelDiagnosis"),
     "ModelImprovement": ("stiffcal.python.improvement", "ModelImprovement"),
     "ModelValidation": ("stiffcal.python.answers", "ModelValidation"),
     "RobotTrend": ("stiffcal.python.trend", "RobotTrend"),
     "compare": ("stiffcal.python.comparison", "compare_fits"),
-    "open": ("stiffcal.python.session", "open_campaign"),
+    "open": ("stiffcal.python.opening", "open_campaign"),
     "trend": ("stiffcal.python.trend", "follow_robot"),
 }
 

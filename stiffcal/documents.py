@@ -1,4 +1,4 @@
-"""Results as JSON documents: written out, described by a schema, and read back.
+"""Results as JSON documents: written out, and read back; `stiffcal.schemas.json_schema` describes them by a schema.
 
 A result is a frozen dataclass that the package which computes it returns. Its fields are the keys of its document, in
 their order; nested results are objects, arrays are lists, NaN is null. Marks in a field's annotation say more:
@@ -31,8 +31,6 @@ Document: TypeAlias = dict[str, Any]
 
 Result = TypeVar("Result")
 Known = TypeVar("Known")
-
-DIALECT = "https://json-schema.org/draft/2020-12/schema"
 
 
 @dataclass(frozen=True, slots=True)
@@ -155,7 +153,7 @@ class CommandResult:
         from pydantic_core.core_schema import no_info_before_validator_function
 
         schema, kind = handler(source), cast("Any", cls)
-        many_keys: Mapping[str, ManyKeys] = _many_keys(kind)
+        many_keys: Mapping[str, ManyKeys] = fields_of_many_keys(kind)
         if not many_keys:
             return schema
         names = {field: tuple(mark.types()) for field, mark in many_keys.items()}
@@ -205,8 +203,8 @@ def document_of(result: Any) -> Document:
     """
     document: Document = {}
     kind: Any = type(result)
-    many_keys = _many_keys(kind)
-    for name, mark in _written(kind):
+    many_keys = fields_of_many_keys(kind)
+    for name, mark in written_fields(kind):
         value = getattr(result, name)
         if mark is not None and not (getattr(result, mark.condition) if mark.condition else value is not None):
             continue
@@ -260,10 +258,10 @@ def json_value(value: Any) -> Any:
 
 
 @cache
-def _written(kind: Any) -> tuple[tuple[str, KeyIf | None], ...]:
+def written_fields(kind: Any) -> tuple[tuple[str, KeyIf | None], ...]:
     """Return the fields that stand in the document, with what the presence of the key depends on."""
     written: list[tuple[str, KeyIf | None]] = []
-    for name, marks in _marks(kind).items():
+    for name, marks in marks_of(kind).items():
         if NOT_IN_DOCUMENT not in marks:
             written.append((name, next((mark for mark in marks if isinstance(mark, KeyIf)), None)))
     return tuple(written)
@@ -273,24 +271,25 @@ def results_by_name(kind: Any) -> dict[str, Any]:
     """Return the types of the results that are keys of a document next to its fields, by name; none of other types."""
     if not (isinstance(kind, type) and is_dataclass(kind)):
         return {}
-    return {name: one for mark in _many_keys(kind).values() for name, one in mark.types().items()}
+    return {name: one for mark in fields_of_many_keys(kind).values() for name, one in mark.types().items()}
 
 
 @cache
-def _many_keys(kind: Any) -> Mapping[str, ManyKeys]:
+def fields_of_many_keys(kind: Any) -> Mapping[str, ManyKeys]:
     """Return the fields each of whose entries is a key of the document, with their marks."""
-    return {name: mark for name, marks in _marks(kind).items() for mark in marks if isinstance(mark, ManyKeys)}
+    return {name: mark for name, marks in marks_of(kind).items() for mark in marks if isinstance(mark, ManyKeys)}
 
 
 @cache
-def _marks(kind: Any) -> dict[str, tuple[Any, ...]]:
+def marks_of(kind: Any) -> dict[str, tuple[Any, ...]]:
+    """Return the fields of a result type by name, with the marks in their annotations."""
     hints = get_type_hints(kind, include_extras=True)
     return {field.name: getattr(hints[field.name], "__metadata__", ()) for field in fields(kind)}
 
 
 def _adapter(kind: Any) -> TypeAdapter[Any]:
     hashable: Any = kind
-    marks = _many_keys(hashable).values() if is_dataclass(kind) else ()
+    marks = fields_of_many_keys(hashable).values() if is_dataclass(kind) else ()
     return _adapter_of(hashable, tuple(item for mark in marks for item in mark.types().items()))
 
 
@@ -386,37 +385,3 @@ def section_of(kind: type[Result], document: Document, name: str) -> Result | No
     ([0.0, 1.5], None)
     """
     return result_of(kind, json.dumps(document[name])) if document.get(name) is not None else None
-
-
-def schema_of(kind: Any) -> Document:
-    """Return the JSON Schema of the documents of a result type.
-
-    Required are the keys that stand in every document, whether or not the field has a default.
-    """
-    from pydantic import TypeAdapter
-    from pydantic.json_schema import GenerateJsonSchema, JsonSchemaValue
-    from pydantic_core import core_schema
-
-    class DocumentSchema(GenerateJsonSchema):
-        """Schemas of what is written, which pydantic takes for what may be given to a constructor."""
-
-        def dataclass_schema(self, schema: core_schema.DataclassSchema) -> JsonSchemaValue:
-            made = super().dataclass_schema(schema)
-            kind: Any = schema["cls"]
-            written = _written(kind)
-            many_keys = _many_keys(kind)
-            promised = [(name, mark) for name, mark in written if NOT_PROMISED not in _marks(kind)[name]]
-            properties: Document = {}
-            for name, _ in promised:
-                of_field = made["properties"][name]
-                properties |= of_field.get("properties", {}) if name in many_keys else {name: of_field}
-            made["properties"] = properties
-            made["required"] = [name for name, mark in promised if mark is None and name not in many_keys]
-            if not made["required"]:
-                del made["required"]
-            return made
-
-        def default_schema(self, schema: core_schema.WithDefaultSchema) -> JsonSchemaValue:
-            return self.generate_inner(schema["schema"])
-
-    return {"$schema": DIALECT, **TypeAdapter(kind).json_schema(schema_generator=DocumentSchema)}

@@ -5,16 +5,9 @@ from __future__ import annotations
 from collections.abc import Collection, Mapping, Sequence
 from dataclasses import dataclass
 
-from stiffcal.campaign.columns.column_names import (
-    QUATERNIONS,
-    TIMES,
-    ColumnHeader,
-    Reading,
-    component_of,
-    components_of_arrays,
-    header_parts,
-    plain_name,
-)
+from stiffcal.campaign.columns.column_headers import ColumnHeader, header_parts
+from stiffcal.campaign.columns.column_names import Reading, component_of, components_of_arrays
+from stiffcal.campaign.columns.column_words import QUATERNIONS, TIMES, plain_name
 from stiffcal.campaign.columns.joint_names import numbered_joints
 from stiffcal.errors import InputError
 from stiffcal.fault_codes import FaultCode

@@ -7,7 +7,8 @@ from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import dataclass
 from types import MappingProxyType
 
-from stiffcal.propose.column_roles import Role, Roles, recognise
+from stiffcal.propose.column_roles import Role, Roles
+from stiffcal.propose.recognising import recognise
 from stiffcal.propose.table_sniffing import SniffedColumn
 from stiffcal.quantities import UnknownUnitError, unit
 

@@ -7,10 +7,12 @@ from collections.abc import Collection, Iterable, Mapping, Sequence
 from dataclasses import replace
 from itertools import pairwise
 
-from stiffcal.campaign.columns.column_names import TIMES, is_unit_of, plain_name, words_of
+from stiffcal.campaign.columns.column_headers import is_unit_of
+from stiffcal.campaign.columns.column_words import TIMES, plain_name, words_of
 from stiffcal.errors import InputError
-from stiffcal.propose.column_roles import Role, Roles, is_computed
+from stiffcal.propose.column_roles import Role, Roles
 from stiffcal.propose.explained_column import ExplainedColumn, NotUsed
+from stiffcal.propose.recognising import is_computed
 from stiffcal.propose.role_units import unit_of_signal
 from stiffcal.propose.table_sniffing import SniffedColumn, SniffedTable
 from stiffcal.propose.time_lines import unit_of_time

@@ -18,13 +18,14 @@ from stiffcal.escapes import toml_text
 from stiffcal.fault_codes import FaultCode
 from stiffcal.mechanics.chain import Chain
 from stiffcal.propose.answers import Ask, answered, to_write_by_hand
-from stiffcal.propose.column_roles import Roles, recognise
+from stiffcal.propose.column_roles import Roles
 from stiffcal.propose.explained import explained
 from stiffcal.propose.explained_column import ExplainedColumn
 from stiffcal.propose.joint_columns import columns_of_joints
 from stiffcal.propose.lines import ProposedLine, as_text
 from stiffcal.propose.noise import with_noise_lines
 from stiffcal.propose.other_tables import TEXT, table_of
+from stiffcal.propose.recognising import recognise
 from stiffcal.propose.robot import robot_lines
 from stiffcal.propose.table_lines import excluded_rows, frame_lines, run_lines, source_lines
 from stiffcal.propose.table_purpose import check_purpose

@@ -12,7 +12,8 @@ from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, field, replace
 from pathlib import Path
 
-from stiffcal.campaign.columns.column_names import is_unit_of, words_of
+from stiffcal.campaign.columns.column_headers import is_unit_of
+from stiffcal.campaign.columns.column_words import words_of
 from stiffcal.campaign.found.file_formats import format_of
 from stiffcal.errors import InputError
 from stiffcal.escapes import toml_text
@@ -20,12 +21,13 @@ from stiffcal.fault_codes import FaultCode
 from stiffcal.files import open_regular
 from stiffcal.mechanics.chain import Chain
 from stiffcal.packed_files import UNPACKING_ERRORS, unpacked_stream
-from stiffcal.propose.column_roles import Role, Roles, recognise
+from stiffcal.propose.column_roles import Role, Roles
 from stiffcal.propose.explained import explained, is_strain, unused_in_words
 from stiffcal.propose.explained_column import ExplainedColumn
 from stiffcal.propose.lines import FORCE_SENSOR, TOOL, TRACKER, FrameNames, ProposedLine, Question
 from stiffcal.propose.other_tables import TEXT, tables_of
 from stiffcal.propose.own_rows import by_rows, rows_line
+from stiffcal.propose.recognising import recognise
 from stiffcal.propose.signal_lines import signal_lines
 from stiffcal.propose.table_sniffing import SniffedColumn, SniffedTable
 from stiffcal.propose.time_lines import time_line

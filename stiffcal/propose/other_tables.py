@@ -10,10 +10,11 @@ from dataclasses import replace
 from pathlib import Path
 from types import MappingProxyType
 
-from stiffcal.campaign.columns.column_names import header_parts, is_unit
+from stiffcal.campaign.columns.column_headers import header_parts, is_unit
 from stiffcal.errors import InputError
 from stiffcal.fault_codes import FaultCode
-from stiffcal.propose.column_roles import holds_signals, recognise
+from stiffcal.propose.column_roles import holds_signals
+from stiffcal.propose.recognising import recognise
 from stiffcal.propose.table_sniffing import SniffedColumn, SniffedTable, column_of_times, sniff_table
 from stiffcal.propose.unnamed_columns import are_numbered
 from stiffcal.readers import Options, Reader, WantedColumns, find_reader

@@ -10,7 +10,7 @@ from types import MappingProxyType
 
 import numpy as np
 
-from stiffcal.campaign.columns.column_names import words_of
+from stiffcal.campaign.columns.column_words import words_of
 from stiffcal.propose.table_sniffing import SniffedColumn
 
 _UNCERTAINTY = ("sigma", "uncertainty", "unsicherheit", "unc", "u")

@@ -12,7 +12,7 @@ from dataclasses import dataclass, field
 from pathlib import Path
 from typing import IO
 
-from stiffcal.campaign.columns.column_names import header_parts, is_unit
+from stiffcal.campaign.columns.column_headers import header_parts, is_unit
 from stiffcal.errors import InputError
 from stiffcal.escapes import csv_cell, toml_text
 from stiffcal.fault_codes import FaultCode

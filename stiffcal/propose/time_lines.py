@@ -4,7 +4,8 @@ from __future__ import annotations
 
 from itertools import pairwise
 
-from stiffcal.campaign.columns.column_names import DATES, is_unit_of, words_of
+from stiffcal.campaign.columns.column_headers import is_unit_of
+from stiffcal.campaign.columns.column_words import DATES, words_of
 from stiffcal.campaign.manifest.source import TIMES_IN_WORDS
 from stiffcal.escapes import toml_text
 from stiffcal.propose.lines import ProposedLine

@@ -4,84 +4,32 @@ from __future__ import annotations
 
 import math
 from collections.abc import Collection, Sequence
-from dataclasses import replace
-from typing import TYPE_CHECKING, Any, Self
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
 from stiffcal.errors import InputError
 from stiffcal.fault_codes import FaultCode
-from stiffcal.python.frames import frame_of, frame_of_rows, frame_of_table, parameters_frame
+from stiffcal.python.campaign_answer import CampaignAnswer
+from stiffcal.python.frames import frame_of, frame_of_rows, parameters_frame
 from stiffcal.quantity import LENGTH, Units, of_joint, quantity_of
 from stiffcal.report.wording import length, measure_text, part
 from stiffcal.results.model_words import model_words
 from stiffcal.results.value_words import as_shown, value_with_unit
-from stiffcal.show.options import PLAIN, ShowOptions
 from stiffcal.validation.schemes import held_out
-from stiffcal.wording import count, place_label, share
+from stiffcal.wording import count, share
 
 if TYPE_CHECKING:
-    from pathlib import Path
-
     import pandas as pd
-    import pyarrow as pa
 
     from stiffcal.compensation.predict_result import PredictResult
-    from stiffcal.diagnosis.answers.results import DiagnoseResult, Finding, LookAlike, ProposedEffect
-    from stiffcal.documents import CommandResult, Document
     from stiffcal.identification.answers.fit_results import IdentifiedParameter
     from stiffcal.measurements.columns import Values
-    from stiffcal.model.summary import EffectAt
     from stiffcal.planning.results import PlanResult
     from stiffcal.results.history_results import HistoryResult
     from stiffcal.results.identify_result import IdentifyResult
-    from stiffcal.results.next_step import Step
     from stiffcal.results.validate_result import ValidateResult
     from stiffcal.validation.results import ErrorSlice
-
-
-class CampaignAnswer:
-    """What a step answers.
-
-    Parameters
-    ----------
-    result : what the command's function returns.
-    """
-
-    def __init__(self, result: CommandResult) -> None:
-        self.result = result
-        self._options: ShowOptions = PLAIN
-        self._after: Step | None = None
-
-    def of_campaign(self, folder: Path, store: str | None, after: Step) -> Self:
-        """Take the campaign that was asked, whose next step and pictures a notebook then shows too; return itself.
-
-        Parameters
-        ----------
-        folder, store : as they were given. after : the step that has answered.
-        """
-        self._options, self._after = ShowOptions(folder=folder, store=store), after
-        return self
-
-    def to_dict(self) -> Document:
-        """Return the document that the command prints with ``--json``: SI, null for what is not known."""
-        return self.result.to_document()
-
-    @property
-    def warnings(self) -> tuple[str, ...]:
-        """What a reader of the result must know, a line each."""
-        return tuple(self.result.warnings)
-
-    def _repr_html_(self) -> str:
-        from stiffcal.python.notebook import html_of
-        from stiffcal.show.pages import page_of
-
-        page, folder = page_of(self.result, self._options), self._options.folder
-        if folder is not None:
-            from stiffcal.commands.next_step import following
-
-            page = replace(page, next_step=following(folder, self._options.store, self._after))
-        return html_of(page, self.warnings)
 
 
 class FittedModel(CampaignAnswer):
@@ -215,113 +163,6 @@ def _flat(error_slice: ErrorSlice) -> dict[str, str | float | None]:
         "n": error_slice.n,
         **{f"{name}_{kind}": value for name, rms in measures.items() if rms is not None for kind, value in rms.items()},
     }
-
-
-class ModelDiagnosis(CampaignAnswer):
-    """Whether a model is good enough, and which effect it lacks.
-
-    Parameters
-    ----------
-    result : of ``diagnose``.
-    evidence : the store's table ``evidence``; None where no effect has any.
-    """
-
-    result: DiagnoseResult
-
-    def __init__(self, result: DiagnoseResult, evidence: pa.Table | None) -> None:
-        super().__init__(result)
-        self._evidence = evidence
-
-    @property
-    def adequate(self) -> bool | None:
-        """Whether the model explains the readings to their noise; None where that cannot be judged."""
-        return self.result.adequate
-
-    @property
-    def ranking(self) -> pd.DataFrame:
-        """The effects that were tried, the best next step first; errors in held-out poses in m."""
-        return frame_of_rows(
-            (_finding(finding, self.result.explained_by(finding)) for finding in self.result.findings),
-            ("effect", "place"),
-        )
-
-    @property
-    def missing(self) -> pd.DataFrame:
-        """The set of effects to add, in order, with their look-alikes in these poses (probabilities in brackets)."""
-        return frame_of_rows(
-            (
-                {
-                    "effect": proposed.effect,
-                    "place": place_label(proposed.where),
-                    "alternatives": "; ".join(_look_alike(proposed, other) for other in proposed.alternatives),
-                }
-                for proposed in self.result.missing
-            ),
-            ("effect", "place", "alternatives"),
-        )
-
-    def evidence(self, effect: str | None = None, place: str | None = None) -> pd.DataFrame:
-        """Return the evidence for effects, state by state: the residual against what drives the effect.
-
-        Parameters
-        ----------
-        effect : its name; None: all that have evidence.
-        place : as in parameter names (``j4``); None: everywhere.
-
-        Raises
-        ------
-        InputError : there is none for this effect or place.
-        """
-        if self._evidence is None:
-            return frame_of(None)
-        frame = frame_of_table(self._evidence)
-        for column, wanted in (("effect", effect), ("place", place)):
-            if wanted is not None:
-                known_names = ", ".join(sorted(set(frame[column].astype(str))))
-                frame = frame[frame[column] == wanted].reset_index(drop=True)
-                if frame.empty:
-                    reason = f"there is no evidence for {wanted}"
-                    raise InputError.at(
-                        FaultCode.EFFECT_ABSENT, "evidence", column, reason, f"choose {known_names or 'none'}"
-                    )
-        return frame
-
-    def summary(self) -> str:
-        """Return the verdict in words."""
-        return self.result.summary
-
-    def __repr__(self) -> str:
-        return self.summary()
-
-
-def _finding(finding: Finding, explained: float | None) -> dict[str, str | float | None]:
-    before, after = finding.heldout_rms_before, finding.heldout_rms_after
-    return {
-        "effect": finding.effect,
-        "place": place_label(finding.where),
-        "verdict": finding.verdict,
-        "explains": explained,
-        "probability": finding.probability,
-        "confidence": finding.confidence,
-        "p_value": finding.p_value,
-        "size_m": finding.size_m,
-        "before_m": before.translation,
-        "after_m": after.translation,
-        "before_rad": before.rotation,
-        "after_rad": after.rotation,
-        "alternatives": _candidates(finding.alternatives),
-        "why": finding.why,
-    }
-
-
-def _candidates(effects: Sequence[EffectAt]) -> str:
-    return "; ".join(f"{effect.effect} {place_label(effect.where)}" for effect in effects)
-
-
-def _look_alike(of: ProposedEffect, effect: LookAlike) -> str:
-    p = of.probability_of(effect)
-    alike = "" if p is None else f" ({p:.3f})"
-    return f"{effect.effect} {place_label(effect.where)}{alike}"
 
 
 class LoadPrediction(CampaignAnswer):

@@ -8,7 +8,7 @@ from pathlib import Path
 from typing import TYPE_CHECKING
 
 from stiffcal.errors import Progress, no_progress
-from stiffcal.python.answers import CampaignAnswer
+from stiffcal.python.campaign_answer import CampaignAnswer
 from stiffcal.python.frames import frame_of_rows
 from stiffcal.stages.steps import RunContext
 from stiffcal.wording import place_label

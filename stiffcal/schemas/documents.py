@@ -11,7 +11,6 @@ from stiffcal.compensation.compensate_result import CompensateResult
 from stiffcal.compensation.map_result import MapResult
 from stiffcal.compensation.predict_result import PredictResult
 from stiffcal.diagnosis.answers.results import DiagnoseResult
-from stiffcal.documents import schema_of
 from stiffcal.ingest.checks.results import CheckResult
 from stiffcal.ingest.results import IngestResult
 from stiffcal.planning.results import PlanResult
@@ -35,6 +34,7 @@ from stiffcal.results.identify_result import IdentifyResult
 from stiffcal.results.improve_results import ImproveResult
 from stiffcal.results.trust_results import TrustResult
 from stiffcal.results.validate_result import ValidateResult
+from stiffcal.schemas.json_schema import schema_of
 from stiffcal.stages.run_result import RunResult
 from stiffcal.validation.compare_result import CompareResult
 from stiffcal.validation.trend_result import TrendResult

@@ -5,7 +5,9 @@ from __future__ import annotations
 from collections import Counter
 from collections.abc import Sequence
 
-from stiffcal.campaign.columns.column_names import TIMES, Reading, component_of, header_parts, is_unit_of, plain_name
+from stiffcal.campaign.columns.column_headers import header_parts, is_unit_of
+from stiffcal.campaign.columns.column_names import Reading, component_of
+from stiffcal.campaign.columns.column_words import TIMES, plain_name
 
 _COMPONENTS = frozenset(("x", "y", "z", "w", "qx", "qy", "qz", "qw", "rx", "ry", "rz"))
 XYZ_NAMES = ("x", "y", "z")

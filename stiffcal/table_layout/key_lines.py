@@ -10,7 +10,7 @@ import re
 from collections.abc import Iterator, Sequence
 from itertools import pairwise
 
-from stiffcal.campaign.columns.column_names import is_unit_of
+from stiffcal.campaign.columns.column_headers import is_unit_of
 
 # Repetitions are bounded: these are searched in a log's first lines, which anybody may have written.
 _NUMBER = r"[^0-9\n]{0,30}([0-9]{1,30}(?:[.,][0-9]{1,30})?)"

@@ -11,7 +11,7 @@ from collections import Counter
 from collections.abc import Collection, Mapping, Sequence
 from dataclasses import dataclass, field
 
-from stiffcal.campaign.columns.column_names import bare_unit, header_parts, is_unit_row
+from stiffcal.campaign.columns.column_headers import bare_unit, header_parts, is_unit_row
 from stiffcal.measurements.scope_export import NAME, PROPERTIES, is_scope_header, scope_columns, scope_units
 from stiffcal.table_layout.cells import is_gap, is_reading, marks_of
 from stiffcal.table_layout.composed_names import composed_names, names_with_those_above

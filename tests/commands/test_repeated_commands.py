@@ -22,7 +22,7 @@ from stiffcal.commands.view import view_campaign
 from stiffcal.documents import document_of
 from stiffcal.errors import InputError
 from stiffcal.ingest import freshness
-from stiffcal.python.session import open_campaign
+from stiffcal.python.opening import open_campaign
 from stiffcal.stages.fit import fit_now
 from stiffcal.stages.steps import RunContext
 from stiffcal.store import Store

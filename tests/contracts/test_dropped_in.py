@@ -25,7 +25,7 @@ from stiffcal.campaign.manifest.manifest_type import manifest_type
 from stiffcal.campaign.schemas import schema_document
 from stiffcal.cli.app import main
 from stiffcal.diagnosis.suspects.find import find_suspects
-from stiffcal.documents import document_of, result_of, schema_of
+from stiffcal.documents import document_of, result_of
 from stiffcal.errors import InputError, no_progress
 from stiffcal.ingest.reading.reducing import reduce_campaign
 from stiffcal.judgement.mistakes import state_changes
@@ -42,6 +42,7 @@ from stiffcal.reduction.clocks.course import ClockCourse
 from stiffcal.report import building, sections
 from stiffcal.report.sections import all_sections
 from stiffcal.results.identify_result import IdentifyResult
+from stiffcal.schemas.json_schema import schema_of
 from tests.fuzz.feeding import feed_one
 from tests.fuzz.targets import formats_not_fed
 from tests.laboratory.campaign_folders import changed

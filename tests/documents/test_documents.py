@@ -22,10 +22,10 @@ from stiffcal.documents import (
     OrAbsent,
     document_of,
     result_of,
-    schema_of,
 )
 from stiffcal.escapes.terminal import escaped_document
 from stiffcal.measurements.rms import Rms
+from stiffcal.schemas.json_schema import schema_of
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)

@@ -8,14 +8,15 @@ from pathlib import Path
 
 import pytest
 
-from stiffcal.campaign.columns.column_names import RAW, TRAVEL, header_parts
+from stiffcal.campaign.columns.column_headers import header_parts
+from stiffcal.campaign.columns.column_names import RAW, TRAVEL
 from stiffcal.campaign.loading import load_campaign
 from stiffcal.errors import InputError
-from stiffcal.propose.column_roles import recognise
 from stiffcal.propose.explained import unused_in_words
 from stiffcal.propose.from_table import draft_campaign, propose_campaign
 from stiffcal.propose.joint_columns import columns_of_joints
 from stiffcal.propose.lines import GUESS
+from stiffcal.propose.recognising import recognise
 from stiffcal.propose.table_sniffing import SniffedColumn, sniff_table
 from stiffcal.propose.time_lines import time_line
 from tests.laboratory.campaign_folders import DATA

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from stiffcal.python.answers import ModelDiagnosis
+from stiffcal.python.model_diagnosis import ModelDiagnosis
 from tests.report.test_diagnosis_pages import diagnosed, proposed
 
 

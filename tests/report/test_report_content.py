@@ -12,7 +12,8 @@ from numpy.testing import assert_allclose
 from stiffcal.commands.history import read_history
 from stiffcal.report.blocks import Paragraph
 from stiffcal.report.building import lay_out
-from stiffcal.report.gathering.content import _loads, report_content
+from stiffcal.report.gathering.content import report_content
+from stiffcal.report.gathering.states import _loads
 from stiffcal.stages.fit import up_to_date_fit
 from stiffcal.stages.steps import RunContext, up_to_date_states
 from stiffcal.stages.validation import up_to_date_validation

@@ -12,6 +12,7 @@ from stiffcal.measurements.state_measures import StateMeasure
 from stiffcal.report.blocks import Facts, ReportSection, TableBlock, TableColumn
 from stiffcal.report.building import _without_empty_columns
 from stiffcal.report.content import ReportRun
+from stiffcal.report.fit_sentences import noise_sentence
 from stiffcal.report.sections import all_sections, not_identified, residuals, stiffness, summary
 from stiffcal.report.sections.campaign import runs_table
 from tests.laboratory.fits import validation_of, with_fit, with_validation
@@ -93,9 +94,9 @@ def test_open_and_hardly_known_parameters_are_named() -> None:
 
 def test_noise_is_given_or_said_to_be_unknown() -> None:
     known = validation_of(noise={"translation": 2.77e-5, "rotation": None})
-    assert "0.0277 mm rms" in summary.noise_sentence(known)
+    assert "0.0277 mm rms" in noise_sentence(known)
     for nothing in (None, {"translation": None, "rotation": None}):
-        assert "noise is unknown" in summary.noise_sentence(validation_of(noise=nothing))
+        assert "noise is unknown" in noise_sentence(validation_of(noise=nothing))
 
 
 def test_thresholds_that_do_not_hold_are_said() -> None:

@@ -19,7 +19,7 @@ from stiffcal.cli.option_names import OPTIONS
 from stiffcal.documents import CommandResult
 from stiffcal.errors import no_progress
 from stiffcal.presentation.values import NextStep
-from stiffcal.python.answers import CampaignAnswer
+from stiffcal.python.campaign_answer import CampaignAnswer
 from stiffcal.python.notebook import html_of
 from stiffcal.report.blocks import ReportSection
 from stiffcal.report.building import PagesHeading, write_pages

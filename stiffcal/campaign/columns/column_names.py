@@ -1,4 +1,4 @@
-"""What the name of a column says: what it holds, along which axis, and in which unit.
+"""What three columns x, y and z hold, by their names: a force, a moment, a displacement, a rotation or a place.
 
 One vocabulary for `init`, for the tables that commands read, and for the comparison of a header with the manifest.
 """
@@ -6,67 +6,14 @@ One vocabulary for `init`, for the tables that commands read, and for the compar
 from __future__ import annotations
 
 import re
-import unicodedata
-from collections.abc import Iterable, Mapping, Sequence
+from collections.abc import Iterable, Mapping
 from dataclasses import dataclass
 from enum import StrEnum
-from functools import lru_cache
 from types import MappingProxyType
 
-from stiffcal.quantities import is_known, quantities
+from stiffcal.campaign.columns.column_headers import is_unit_of, is_unit_word
+from stiffcal.campaign.columns.column_words import JOINT_STEMS, TIMES, XYZ, words_of
 
-# Words that say where, not what; they are noted and taken off the name.
-PLACES = ("base", "world", "robot", "tool", "tcp", "flange", "sensor", "ft", "fts", "wrench", "mean", "avg")
-JOINT_STEMS = (
-    *("a", "axis", "achse", "axe", "j", "joint", "q", "theta", "θ", "th", "gelenk", "angle", "winkel", "achswinkel"),
-    *("axisa", "axisacta", "axisact", "axisposact", "actualq", "actualj", "jointangle", "jointposition", "achsea"),
-    *("gelenkwinkel", "gelenkposition", "achsposition", "eixo", "junta"),
-    *("rax", "robax", "jt"),  # ABB's jointtarget, Kawasaki's axes
-    *("eje", "articulacion", "articulation", "asse", "giunto", "angolo", "angulo"),
-    *("jointa", "aiposa", "fieldposition", "positiona", "positionj", "positionjoint", "positionq", "positiontheta"),
-    *("軸", "関節", "関節角", "関節角度", "角度", "轴", "关节", "关节角", "关节角度"),
-    *("jointpositions", "jointangles", "jointpos", "actualjointpositions", "joints", "axes"),
-)
-MEASURED_AT = "headerstamp"
-"""The time of a message of ROS, which the driver of the instrument has written."""
-TIMES = (
-    *("t", "time", "zeit", "timestamp", "zeitstempel", "datetime", "elapsedtime", "zeitpunkt", "timeseconds", "xvalue"),
-    *("uhrzeit", "heure", "hora", "ora", "timeofday"),
-    *("čas", "czas", "tid", "tijd", "aika", "ido", "sure", "zaman", "время", "χρονος"),
-    *("laufzeit", "messzeit", "tempsecoule", "tiempotranscurrido", "tempotrascorso"),
-    *("経過時間", "測定時間", "測定時刻", "测量时间", "采样时间", "采集时间"),
-    *("temps", "tiempo", "tempo", "時間", "時刻", "日時", "时间", "시간", "일시", "epochtime", "systemtime", "ipoc"),
-    *("stamp", "unixtime", "epoch", "ts", "timesec", "timems", "elapsed", "sec", "secs"),
-    *(TIMES_BY_UNIT := ("ms", "us", "ns", "seconds", "sekunden", "milliseconds", "millisekunden")),
-)
-"""The likeliest first. The last ones are units, after which nothing but a time is called: s may be a travel, min a
-least value."""
-DATES = ("date", "datum", "fecha", "日付", "日期")
-"""Words for a day, which is a time where it grows from row to row: spreadsheets count days with their fractions."""
-FRACTIONS: Mapping[str, tuple[str, ...]] = MappingProxyType(
-    {
-        "ns": ("ns", "nsec", "nsecs", "nanosec", "nanosecs", "nanosecond", "nanoseconds", "nanosekunden"),
-        "us": ("us", "usec", "usecs", "microsec", "microsecond", "microseconds", "mikrosekunden"),
-        "ms": ("ms", "msec", "msecs", "millis", "millisec", "millisecond", "milliseconds", "millisekunden", "millitm"),
-    }
-)
-"""By their unit the words for what is added to whole seconds that stand in another column."""
-QUATERNIONS = (*(("q0", "qx", "qy", "qz"), ("qw", "qx", "qy", "qz"), ("quatw", "quatx", "quaty", "quatz")),)
-NUMBERED_QUATERNION = ("q0", "q1", "q2", "q3")
-"""Names of a quaternion's components, the scalar first, where numbers show one: the squares add up to 1."""
-XYZ = "xyz"
-
-_NARROW = str.maketrans(
-    {chr(0xFEE0 + code): chr(code) for code in range(0x21, 0x7F)} | dict(zip("\u3010\u3011{}", "[][]", strict=True))
-)
-"""Braces, and signs of double width, as Japanese and Chinese keyboards write them, to usual ones."""
-_LONGEST_NAME = 300  # characters; in a longer one no unit is looked for, which takes the square of its length
-_BRACKETED = re.compile(r"^(?P<name>.*?)(?:\[(?P<a>[^\]]*+)\]|\((?P<b>[^)]*+)\))\s*+$")
-# A unit behind a slash (DIN 1313: "F / kN"), a dash, a word, an underscore or a blank: else part of the name.
-_SEPARATED = re.compile(
-    r"^(?P<name>.*?\S)(?:(?:\s*/\s*|\s+[-–]\s+)(?P<ratio>[^\s/]++)|(?:\s+in\s+|,\s*|(?P<loose>_|\s+))(?P<unit>[^\s_,]++))\s*+$"
-)
-_COVERAGE = re.compile(r"k ?= ?\d|\d\d ?%")
 # A tracked target, also one of several.
 _TARGET = re.compile(r"(led|marker|smr|reflector|reflektor|probe|tmac|tprobe|p|pt|point|punkt)\d*")
 _LEAST_AXIS_FIRST = 3
@@ -147,16 +94,6 @@ _OPEN: Mapping[str, tuple[Reading, ...]] = MappingProxyType({"r": (Reading.ROTAT
 
 
 @dataclass(frozen=True)
-class ColumnHeader:
-    """A column's header, taken apart."""
-
-    name: str
-    """Without the unit."""
-    unit: str | None
-    """As written; None where there is none."""
-
-
-@dataclass(frozen=True)
 class Component:
     """One of three columns."""
 
@@ -173,115 +110,6 @@ class Component:
     """Whether the name and the missing unit leave open which reading it is."""
     doubt: str = ""
     """What a word of the name leaves open: `TRAVEL` or `RAW`; "" where none does."""
-
-
-def header_parts(header: str) -> ColumnHeader:
-    """Return a header's name and the unit that stands in it.
-
-    Examples
-    --------
-    >>> headers = "Fx [kN]", "F / N", "Fx/kN", "dx_mm", "Kraft X in kN", "v_deg/s", "Fx_N", "F_N", "ms", "note"
-    >>> for parts in map(header_parts, headers):
-    ...     print(parts.name, parts.unit, sep=", ")
-    Fx, kN
-    F, N
-    Fx, kN
-    dx, mm
-    Kraft X, kN
-    v, deg/s
-    Fx, N
-    F_N, None
-    ms, ms
-    note, None
-    """
-    if len(header) > _LONGEST_NAME:
-        return ColumnHeader(header, None)
-    if header.lower() in TIMES_BY_UNIT and is_unit(header):
-        return ColumnHeader(header, header)
-    header = header.translate(_NARROW)
-    bracketed = _BRACKETED.match(header)
-    within = (bracketed["a"] or bracketed["b"] or "").strip() if bracketed is not None else ""
-    if bracketed is not None and not within.isdigit() and not _COVERAGE.fullmatch(within):  # q[0] is a name
-        return ColumnHeader(bracketed["name"].strip(), within or None)
-    separated = _SEPARATED.match(header)
-    if separated is not None:
-        written, name = separated["ratio"] or separated["unit"], separated["name"]
-        # one letter after an underscore or a blank completes a name, as in F_N, unless an axis or a number is its end
-        complete = len(written) > 1 or separated["loose"] is None or name[-1].lower() in XYZ or name[-1].isdigit()
-        complete = complete or (written == "s" and plain_name(name) in TIMES)
-        if complete and is_unit(written):
-            return ColumnHeader(name.strip(), written)
-    return ColumnHeader(header, None)
-
-
-@lru_cache(maxsize=4096)
-def is_unit(text: str) -> bool:
-    """Return whether a text is a unit of any quantity."""
-    return any(is_unit_of(text, quantity) for quantity in quantities())
-
-
-# Units of what is not computed with, as rows of units hold them too; with those of mechanics also as parts of products.
-_OTHER_UNITS = frozenset(
-    (
-        *("s", "sec", "ms", "us", "ns", "min", "h", "n", "kn", "mn", "nm", "knm", "nmm", "ncm", "m", "mm", "cm", "um"),
-        *("deg", "°", "rad", "mrad", "urad", "rev", "turn", "a", "ma", "v", "mv", "w", "kw", "degc", "°c", "c", "k"),
-        *("kg", "g", "hz", "khz", "rpm", "pa", "kpa", "mpa", "bar", "mbar", "lbf", "in", "%", "iso8601", "counts"),
-    )
-)
-
-
-def _is_unit_word(text: str) -> bool:
-    """Return whether a cell is a unit, also one that nothing is computed with, or a product of units; no number is."""
-    factors = [factor.rstrip("²³23^-") for factor in re.split(r"[*·./ ]", text.lower().replace("µ", "u")) if factor]
-    return is_unit(text) or (bool(factors) and all(factor in _OTHER_UNITS for factor in factors))
-
-
-def is_unit_of(text: str, quantity: str) -> bool:
-    """Return whether a text is a unit of a quantity."""
-    return is_known(text, quantity)
-
-
-def bare_unit(cell: str) -> str:
-    """Return a cell of a row of units without brackets."""
-    return cell.translate(_NARROW).strip("[]() ")
-
-
-def is_unit_row(row: Sequence[str]) -> bool:
-    """Return whether every cell of a row is a unit or empty, and some are units."""
-    cells = [bare_unit(cell) for cell in row]
-    without = {"-", "[-]", "(-)", "[1]", "(1)"}  # of a number without a dimension
-    return any(map(_is_unit_word, cells)) and all(
-        not cell or written in without or _is_unit_word(cell) for cell, written in zip(cells, row, strict=True)
-    )
-
-
-def words_of(name: str) -> tuple[list[str], frozenset[str]]:
-    """Take a name apart: its words in small letters, and those among them that say where."""
-    words = [word for word in re.split(r"[\W_]+", _without_accents(name.lower())) if word]
-    places = frozenset(word for word in words if word in PLACES)
-    return [word for word in words if word not in places], places
-
-
-def _without_accents(text: str) -> str:
-    """Return a text whose Latin letters have no accents: "déplacement" and "deplacement" are one word."""
-    if text.isascii():
-        return text
-    # composed again: signs of other scripts come apart as well
-    return unicodedata.normalize("NFC", _ACCENTS.sub("", unicodedata.normalize("NFD", text)))
-
-
-_ACCENTS = re.compile("[\u0300-\u036f]")
-
-
-def plain_name(name: str) -> str:
-    """Return a name's letters and digits, small, without words that say where.
-
-    Examples
-    --------
-    >>> plain_name("Base_Fx"), plain_name("Axis 1")
-    ('fx', 'axis1')
-    """
-    return "".join(words_of(name)[0])
 
 
 def component_of(name: str, written: str | None) -> Component | None:
@@ -328,7 +156,7 @@ def component_of(name: str, written: str | None) -> Component | None:
             ]
             if not stem and written is not None and not of_unit:  # nothing but an axis: its unit states what it is
                 of_unit = [own for own in (Reading.FORCE, Reading.MOMENT) if is_unit_of(written, QUANTITY[own])]
-                if not of_unit and _is_unit_word(written):
+                if not of_unit and is_unit_word(written):
                     continue
                 stem = STEMS[of_unit[0]][0] if of_unit else stem
             found = (of_unit or readings)[0]

@@ -5,7 +5,7 @@ from __future__ import annotations
 import re
 from collections.abc import Mapping, Sequence
 
-from stiffcal.campaign.columns.column_names import JOINT_STEMS, words_of
+from stiffcal.campaign.columns.column_words import JOINT_STEMS, words_of
 
 _ANGLES = (
     *("angle", "position", "pos", "actual", "act", "measured", "meas", "feedback"),

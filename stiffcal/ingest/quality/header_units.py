@@ -8,7 +8,7 @@ from __future__ import annotations
 
 from collections.abc import Iterable, Mapping
 
-from stiffcal.campaign.columns.column_names import header_parts, is_unit
+from stiffcal.campaign.columns.column_headers import header_parts, is_unit
 from stiffcal.campaign.manifest.source import Source
 from stiffcal.campaign.toml.naming import MANIFEST_FILE
 from stiffcal.quantities import Unit, UnknownUnitError, unit

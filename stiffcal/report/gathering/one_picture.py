@@ -76,7 +76,7 @@ def draw_picture(
             FaultCode.DATA_MISSING, "command line", "--against", "the campaign contains no load states", mend
         )
     validation = up_to_date_validation(data, identified, context, fit)
-    from stiffcal.report.gathering.content import report_states_of
+    from stiffcal.report.gathering.states import report_states_of
 
     states = report_states_of(data)
     if against is None:

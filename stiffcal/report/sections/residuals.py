@@ -21,7 +21,7 @@ from stiffcal.report.blocks import (
 from stiffcal.report.content import ReportContent, ReportStates
 from stiffcal.report.figures.residual_against import MOST_POINTS, draw_residual_against
 from stiffcal.report.figures.residuals_by import draw_residuals_by, draw_residuals_by_run
-from stiffcal.report.sections.summary import noise_sentence
+from stiffcal.report.fit_sentences import noise_sentence
 from stiffcal.results.validate_result import NEARLY_ALIKE, ValidateResult
 from stiffcal.validation.results import ErrorSlice
 from stiffcal.validation.schemes import held_out

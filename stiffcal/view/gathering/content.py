@@ -24,7 +24,7 @@ from stiffcal.model.balance.equilibrium import solve_balance
 from stiffcal.model.catalogue.campaign_effects import placed_robot
 from stiffcal.quantity import FORCE, LENGTH, MOMENT, of_joint
 from stiffcal.report.content import ReportStates
-from stiffcal.report.gathering.content import report_states_of
+from stiffcal.report.gathering.states import report_states_of
 from stiffcal.results.identify_result import IdentifyResult
 from stiffcal.results.validate_result import ValidateResult
 from stiffcal.show.pages import page_of
