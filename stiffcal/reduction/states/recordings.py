@@ -220,7 +220,8 @@ def _ahead(
     gap, name = max((longest_gap(log.time), name) for name, log in logs.items())
     if gap.length > JUMP_S:
         reason += f"; the times of {name} jump by {significant(gap.length)} s before {gap.before:.1f} s"
-        mend = f"was it reset there? correct the times in a copy of the log, or split the run; else {mend}"
+        file = run.files.get(name, "the log")
+        mend = f"was it reset there? correct the times in a copy of {file}, or split the run; else {mend}"
     raise InputError.at(FaultCode.CLOCK_UNKNOWN, f"run {run.id}", f"clock of {source}", reason, mend)
 
 
