@@ -4,8 +4,10 @@ from __future__ import annotations
 
 from dataclasses import dataclass
 from functools import cached_property
+from typing import NamedTuple
 
 import numpy as np
+from numpy.typing import NDArray
 
 from stiffcal.arrays import Floats
 from stiffcal.quantities import unit, unit_names
@@ -78,21 +80,28 @@ def moves(values: Floats) -> bool:
     return bool((spread[~quiet] > MOVING).any())
 
 
-def coarse_lag(first: SharedSignal, second: SharedSignal) -> float | str:
-    """Return the lag at which a regression of ``second`` on ``first`` leaves least, s, or why there is none."""
+class CoarseLag(NamedTuple):
+    """The lag at which a regression of one log on another leaves least."""
+
+    value: float
+    """s, to a step of the common grid."""
+    gain: float
+    """What the regression explains there, in log-likelihood over a constant, of times at which both have readings."""
+
+
+def coarse_lag(first: SharedSignal, second: SharedSignal) -> CoarseLag | str:
+    """Return the lag at which a regression of ``second`` on ``first`` leaves least, or why there is none."""
     span = max(np.ptp(first.time), np.ptp(second.time))
     step = max(interval_of(first.time), interval_of(second.time), span / MOST_GRID)
-    u = _on_grid(first, step)
-    y = _on_grid(second, step)
-    u = (u - u.mean(axis=0)) / np.maximum(u.std(axis=0), 1e-12 * max(np.abs(u).max(), 1e-300))
-    noise = np.maximum(noise_of(second.values), LEAST_NOISE * np.maximum(np.ptp(second.values, axis=0), 1e-300))
-    y = (y - y.mean(axis=0)) / noise
-    lags, gain, share = _gain_of_lags(u, y)
+    (u, in_u), (y, in_y) = _on_grid(first, step), _on_grid(second, step)
+    u /= np.maximum(np.sqrt(np.sum(u**2, axis=0) / in_u.sum()), 1e-12 * max(np.abs(u).max(), 1e-300))
+    y /= np.maximum(noise_of(second.values), LEAST_NOISE * np.maximum(np.ptp(second.values, axis=0), 1e-300))
+    lags, gain, share = _gain_of_lags(u, y, in_u, in_y)
     if lags.size == 0:
         return f"{first.source} and {second.source} overlap too little{_of_another_length(first, second)}"
     best = int(np.argmax(gain))
     n_free = u.shape[1] * y.shape[1]
-    explained = share[best] * min(len(u), len(y))
+    explained = share[best] * min(in_u.sum(), in_y.sum())
     if explained < FOLLOWS_PER_NUMBER * n_free + FOLLOWS or share[best] < LEAST_SHARE:
         return f"{second.source} does not follow {first.source}{_of_another_length(first, second)}"
     # the next best lag outside the peak: loads that repeat exactly do not distinguish one cycle from the next
@@ -109,7 +118,7 @@ def coarse_lag(first: SharedSignal, second: SharedSignal) -> float | str:
             f"{found}, and lasts {significant(lasts, 4)} s where that lasts {significant(other, 4)} "
             f"s: did the log of one end early?"
         )
-    return float(lags[best] * step + second.time[0] - first.time[0])
+    return CoarseLag(float(lags[best] * step + second.time[0] - first.time[0]), float(gain[best]))
 
 
 def _of_another_length(first: SharedSignal, second: SharedSignal) -> str:
@@ -144,50 +153,60 @@ def interval_of(time: Floats) -> float:
     return float(np.median(np.diff(time)))
 
 
-def _on_grid(signal: SharedSignal, step: float) -> Floats:
-    """Return the values averaged in steps from the log's start, gaps filled from their neighbours."""
+def _on_grid(signal: SharedSignal, step: float) -> tuple[Floats, Floats]:
+    """Return the values averaged in steps from the log's start (n, c), about their mean, and where there are any (n,).
+
+    Where there are none the value is 0: nothing is known of a gap, and it enters no regression.
+    """
     index = np.floor((signal.time - signal.time[0]) / step + ROUNDING).astype(np.int64)
     n = int(index[-1]) + 1
     count = np.bincount(index, minlength=n)
     sums = np.stack([np.bincount(index, weights=column, minlength=n) for column in signal.values.T], axis=1)
-    have = np.flatnonzero(count)
+    have = count > 0
     means = sums[have] / count[have, None]
-    if have.size == n:
-        return np.asarray(means)
-    return np.stack([np.interp(np.arange(n), have, column) for column in means.T], axis=1)
+    values = np.zeros(sums.shape)
+    values[have] = means - means.mean(axis=0)
+    return values, have.astype(np.float64)
 
 
-def _gain_of_lags(u: Floats, y: Floats) -> tuple[Floats, Floats, Floats]:
-    """Regress y (N, c) on u (M, p) at every lag: y[i] against u[i - lag].
+def _gain_of_lags(u: Floats, y: Floats, in_u: Floats, in_y: Floats) -> tuple[Floats, Floats, Floats]:
+    """Regress y (N, c) on u (M, p) at every lag, y[i] against u[i - lag], where both have readings.
 
-    Returns lags, the gain in log-likelihood over a constant, and the share of y's square sum that is explained.
+    Parameters
+    ----------
+    u, y : 0 where there are no readings. in_u, in_y : (M,), (N,) 1 where there are, else 0.
+
+    Returns
+    -------
+    Lags, the gain in log-likelihood over a constant, and the share of y's square sum that is explained.
     """
     n_u, n_y = len(u), len(y)
-    design = np.concatenate([np.ones((n_u, 1)), u], axis=1)
-    lags = np.arange(-(n_u - 1), n_y)
-    first, last = np.maximum(lags, 0), np.minimum(n_y, n_u + lags)  # the part of y that has a partner
-    overlap = last - first
-    keep = overlap >= max(LEAST_OVERLAP * min(n_u, n_y), 2 * design.shape[1])
-    lags, first, last, overlap = lags[keep], first[keep], last[keep], overlap[keep]
+    size = 1 << int(np.ceil(np.log2(n_u + n_y)))
+
+    def spectrum(values: Floats) -> NDArray[np.complex128]:
+        return np.asarray(np.fft.rfft(values, size, axis=0))
+
+    lags = np.arange(-(n_u - 1), n_y, dtype=np.int64)
+    design = np.concatenate([in_u[:, None], u], axis=1)
+    n_columns = design.shape[1]
+    spectrum_u, spectrum_y, spectrum_in_y = np.conj(spectrum(design)), spectrum(y), spectrum(in_y)
+    pairs = np.rint(np.fft.irfft(spectrum_u[:, 0] * spectrum_in_y, size)[lags % size])
+    keep = pairs >= max(LEAST_OVERLAP * min(in_u.sum(), in_y.sum()), 2 * n_columns)
+    lags, pairs = lags[keep], pairs[keep]
     if lags.size == 0:
         return np.zeros(0), np.zeros(0), np.zeros(0)
-    outer = np.zeros((n_u + 1, design.shape[1], design.shape[1]))
-    np.cumsum(design[:, :, None] * design[:, None, :], axis=0, out=outer[1:])
-    gram = outer[last - lags] - outer[first - lags]
-    size = 1 << int(np.ceil(np.log2(n_u + n_y)))
-    spectrum_u = np.conj(np.fft.rfft(design, size, axis=0))
-    spectrum_y = np.fft.rfft(y, size, axis=0)
-    cross = np.empty((lags.size, design.shape[1], y.shape[1]))
+    gram = np.empty((lags.size, n_columns, n_columns))
+    for column in range(n_columns):
+        products = np.conj(spectrum(design[:, : column + 1] * design[:, column : column + 1]))
+        sums = np.fft.irfft(products * spectrum_in_y[:, None], size, axis=0)[lags % size]
+        gram[:, column, : column + 1] = gram[:, : column + 1, column] = sums
+    cross = np.empty((lags.size, n_columns, y.shape[1]))
     for column in range(y.shape[1]):
         cross[:, :, column] = np.fft.irfft(spectrum_u * spectrum_y[:, column : column + 1], size, axis=0)[lags % size]
-    ridge = (
-        OF_STILL_COMPONENT * np.trace(gram, axis1=1, axis2=2)[:, None, None] / design.shape[1] * np.eye(design.shape[1])
-    )
+    ridge = OF_STILL_COMPONENT * np.trace(gram, axis1=1, axis2=2)[:, None, None] / n_columns * np.eye(n_columns)
     explained = np.einsum("lpc,lpc->l", cross, np.linalg.solve(gram + ridge, cross))
-    squares = np.concatenate([np.zeros((1, y.shape[1])), np.cumsum(y * y, axis=0)])
-    sums = np.concatenate([np.zeros((1, y.shape[1])), np.cumsum(y, axis=0)])
-    total = (squares[last] - squares[first]).sum(axis=1)
-    constant = ((sums[last] - sums[first]) ** 2).sum(axis=1) / overlap
+    total = np.fft.irfft(spectrum_u[:, 0] * spectrum(np.sum(y**2, axis=1)), size)[lags % size]
+    constant = np.sum(cross[:, 0, :] ** 2, axis=1) / pairs
     about = np.maximum(total - constant, 1e-300)
     residual = np.clip(total - explained, LEAST_LEFT * about, about)
-    return lags.astype(np.float64), overlap * np.log(about / residual), 1.0 - residual / about
+    return lags.astype(np.float64), pairs * np.log(about / residual), 1.0 - residual / about

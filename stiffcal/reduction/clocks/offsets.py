@@ -17,6 +17,7 @@ import numpy as np
 
 from stiffcal.arrays import Floats
 from stiffcal.documents import KeyIf, Number
+from stiffcal.reduction.clocks.gaps import set_in_a_gap
 from stiffcal.reduction.clocks.lag_search import (
     LEAST_NOISE,
     LEAST_NOISE_OF_LOAD,
@@ -139,7 +140,10 @@ def offset_between(first: SharedSignal, second: SharedSignal) -> SourceClockOffs
     coarse = coarse_lag(first, second)
     if isinstance(coarse, str):
         return SourceClockOffset(None, None, coarse)
-    return _refine_lag(first, second, coarse)
+    clock_set = set_in_a_gap(first, second, coarse)
+    if clock_set:
+        return SourceClockOffset(None, None, clock_set)
+    return _refine_lag(first, second, coarse.value)
 
 
 def offset_near(first: SharedSignal, second: SharedSignal, lag: float) -> SourceClockOffset:

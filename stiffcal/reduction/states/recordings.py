@@ -17,6 +17,7 @@ from stiffcal.fault_codes import FaultCode
 from stiffcal.measurements.set_aside import IN_USE, SetAside, SetAsideCode
 from stiffcal.measurements.state_measures import StateMeasure
 from stiffcal.reduction.clocks.course import ClockCourse, clock_courses
+from stiffcal.reduction.clocks.gaps import JUMP_S, longest_gap
 from stiffcal.reduction.clocks.lag_search import SharedSignal, moves
 from stiffcal.reduction.clocks.offsets import SourceClockOffset, align_clocks
 from stiffcal.reduction.holds.finding import Holds, find_holds
@@ -32,7 +33,6 @@ _SHARED = ("wrench", "position.", "marker.", "lengths.", "displacement.", "joint
 # direction-finding touch of the pendant moves, and 0.1 mm at 1 m.
 STANDING_RAD = 1e-4
 TEMPERATURE = "temperature"  # changes within a run though the joints stand, and slowly: a nearly known clock will do
-JUMP_S = 1.0  # from one block to the next: a pause, or a clock that was set
 MISSED = 0.25  # of the holds, outside of a device's log: more is hardly an early end of logging
 LEAST_EXCITED = 0.5  # of a hold, by every device: less is no state
 
@@ -217,10 +217,11 @@ def _ahead(
         clock.reason or "not known",
         f"give {toml_text.pair('clock_ahead_s', {source: 0.0})} for this run (s)",
     )
-    name, length, before = max((_longest_gap(name, log.time) for name, log in logs.items()), key=lambda gap: gap[1])
-    if length > JUMP_S:
-        reason += f"; the times of {name} jump by {significant(length)} s before {before:.1f} s"
-        mend = f"was it reset there? correct the times in a copy of the log, or split the run; else {mend}"
+    gap, name = max((longest_gap(log.time), name) for name, log in logs.items())
+    if gap.length > JUMP_S:
+        reason += f"; the times of {name} jump by {significant(gap.length)} s before {gap.before:.1f} s"
+        file = run.files.get(name, "the log")
+        mend = f"was it reset there? correct the times in a copy of {file}, or split the run; else {mend}"
     raise InputError.at(FaultCode.CLOCK_UNKNOWN, f"run {run.id}", f"clock of {source}", reason, mend)
 
 
@@ -231,12 +232,6 @@ def _missed_holds_text(run: str, source: str, missed: int, count: int) -> str:
         "loads, a clock that was reset, a sensor that was zeroed again): split the run there, or give "
         f"{toml_text.pair('clock_ahead_s', {source: 0.0})} (s)"
     )
-
-
-def _longest_gap(name: str, time: Floats) -> tuple[str, float, float]:
-    """Return a log's name, its longest time from block to block, s, and the time after it."""
-    step = np.diff(time)
-    return (name, float(step.max()), float(time[1 + int(step.argmax())])) if step.size else (name, 0.0, 0.0)
 
 
 def _with_brief_ones(holds: Holds) -> tuple[Holds, NDArray[np.bool_]]:
