@@ -115,7 +115,8 @@
       values.show(model);
       const other = S.whyOther(data);
       // without a diagnosis the line below the title says why; on a live page the bar says of which model it is
-      return (data.refits_missing && data.is_diagnosed && !S.isLive() ? `Candidates of the diagnosis: ${data.refits_missing}.` : "") + other;
+      const missing = data.refits_missing && data.is_diagnosed && !S.isLive() ? `Candidates of the diagnosis: ${data.refits_missing}.` : "";
+      return S.visible(`${missing}${other} ${data.excluded_sizes}`.trim());
     }
 
     function list() {

@@ -152,7 +152,7 @@
   /** A live page has a button for what the verdict of a page by itself names a command for. */
   function showVerdict(data) {
     const open = data.live && !data.is_diagnosed;
-    const verdict = `${data.verdict} ${data.in_model} ${data.excluded_sizes} ${S.whyOther(data)}`;
+    const verdict = `${data.verdict} ${data.in_model} ${S.whyOther(data)}`;
     const words = open ? "Not diagnosed yet: Diagnose, above, finds what is missing." : verdict;
     document.getElementById("verdict").textContent = S.unbroken(S.visible(words.trim()));
   }
