@@ -250,6 +250,10 @@ PRACTICE = (
     "commands/plan/test_plan_rivals.py::test_more_runs",
     "judgement/test_suspects.py",
     "commands/test_trend.py::test_a_change_of_the_set_up",
+    "diagnosis/test_geometry_nuisance.py",
+    "diagnosis/test_large_campaigns.py",
+    "diagnosis/test_tilts_and_links.py",
+    "whole_campaigns/test_moved_tracker.py",
 )  # fmt: skip
 
 
