@@ -41,7 +41,7 @@ def shifted_values(changes: Iterable[BeforeAfter]) -> frozenset[str]:
 
 
 def shifted_warning(names: Collection[str]) -> list[str]:
-    """Return what whoever takes over a model's values has to know of those that are shifted; nothing where none is.
+    """Return a warning about the values that are shifted, for those who export a model; nothing where none is.
 
     Examples
     --------

@@ -183,7 +183,7 @@ FIT = DeclaredTable(
     beginnings=("fit-",),
 )
 
-UNSEEN = DeclaredTable(
+HELDOUT_ROWS = DeclaredTable(
     "unseen",
     "The table `unseen`: one row per load state, with the residual of a fit made without its pose.",
     pa.schema(
@@ -325,7 +325,7 @@ TABLES = (
     STATES,
     RECORDING,
     FIT,
-    UNSEEN,
+    HELDOUT_ROWS,
     REFITS,
     ROW_REFITS,
     EVIDENCE,
